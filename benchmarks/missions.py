@@ -300,7 +300,7 @@ def answer(made: Mission) -> Answer:
     ratio = burn_s / made.burn_s if made.burn_s else 1.0 + burn_s
     return Answer(
         made.scenario.name, made.kind, found.status.value, burn_s, made.burn_s, ratio,
-        len(found.stages if isinstance(found, Plan) else found.attempts), len(found.subproblems), cpu_s, found.message,
+        len(found.attempts), len(found.subproblems), cpu_s, found.message,
     )  # fmt: skip
 
 

@@ -118,8 +118,8 @@ class Timed:
 def solvers() -> dict[str, Timed]:
     """What solves the subproblems, by name."""
     return {
-        "orbsoc": Timed(Subproblems.threaded()),
-        "orbsoc_interior_point": Timed(Subproblems.threaded(dual=False)),
+        "orbsoc": Timed(Subproblems.in_process()),
+        "orbsoc_interior_point": Timed(Subproblems.in_process(dual=False)),
         "clarabel": Timed(Subproblems(ClarabelLoop(), dual=False)),
     }
 

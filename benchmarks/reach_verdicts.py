@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from benchmarks.made_missions import STANDARD_GRAVITY_M_S2
 from orbsoc.missions.reachable_domain import Scenario
+from orbsoc.missions.reachable_domain.search.continuation.boundary import resolved_boundary
 from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
-from orbsoc.missions.reachable_domain.search.query.resolved_boundary import resolved_boundary
 from orbsoc.missions.reachable_domain.search.query.shortest_burn import shortest_burn
 from orbsoc.orbit import (
     EARTH,

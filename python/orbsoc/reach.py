@@ -5,8 +5,7 @@
 <Verdict.WITHIN: 'within reach'>
 """
 
-from .missions.reachable_domain.search.query.margin import Margin, Verdict
-from .missions.reachable_domain.search.query.requested_orbit import OrbitError
+from .missions.reachable_domain.search.query.margin import Margin, OrbitError, Verdict
 from .missions.reachable_domain.search.query.results import ReachableDomain, load
 from .missions.reachable_domain.search.query.shortest_burn import ShortestBurn
 from .missions.reachable_domain.search.query.tilt_limit import TiltLimit

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.safety import (
-    STILL_M,
     audit_cut_burns,
     drift_clearance,
     sampled_clearance,
     states_after,
 )
+from orbsoc.guidance.safety_bound import STILL_M
 from orbsoc.orbit.relative import ClohessyWiltshire, DriftEllipse
 
 N = 1e-3

@@ -177,7 +177,7 @@ def test_messages_are_read_back_by_an_independent_reader(
     point = (found.points[name][row] for name in ("inc_deg", "raan_deg", "perigee_bound_km"))
     flown = fly_point(found, *map(float, point))
     (tmp_path / "a.oem").write_text(oem(flown))
-    (tmp_path / "a.opm").write_text(opm(flown, 160000.0))
+    (tmp_path / "a.opm").write_text(opm(flown))
     ephemeris = ndm_io().from_path(tmp_path / "a.oem")
     states = ephemeris.body.segment[0].data.state_vector
     assert len(states) == len(flown.times_s)

@@ -128,7 +128,7 @@ MISSING = {
         "problem": "must be 'min_time' or 'max_energy'",
         "vehicle.mass_kg": "must be a number above 0 and at most 1e+08 (kg, mass at ignition)",
         "vehicle.mass_flow_kg_s": "or give vehicle.isp_s or a preset",
-        "burn": "must be a table",
+        "vehicle": "must be a table",
     },
     "paper000_1": {
         "condition": "must be 'short', 'beyond' or 'none'",

@@ -1,17 +1,20 @@
-"""What `orbsoc plan` prints of shipped scenarios of each quick mission: few short lines, and the exit code they mean."""
+"""What `orbsoc plan` prints: few short lines that end, the exit code they mean, and no contradiction in words."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from orbsoc.commands.app import app
-from orbsoc.guidance.verdict import WIDTH, Level, Question, Word
+from tests.fuzz_budget import TIMES
+from tests.missions.printed_rules import assert_printed
+from tests.missions.random_scenarios import FAMILIES, random_settings
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-MOST_LINES = 8
 QUICK = (
     "deorbit",
     "kick_stage_reach",
@@ -23,30 +26,31 @@ QUICK = (
     "rec2",
 )
 """Scenarios that are planned within a few seconds."""
+EACH = 3 * max(1, TIMES)
+"""Random scenarios of a family."""
 
 
-def words(output: str) -> list[Word]:
-    """The word of each printed line that answers a question; the longest that fits, as words may begin alike."""
-    longest_first = sorted(Word, key=lambda word: -len(word.text))
-    return [
-        next(word for word in longest_first if line[9:].startswith(word.text)) for line in answers(output)
-    ]
-
-
-def answers(output: str) -> list[str]:
-    """The printed lines that begin with a question's name."""
-    names = {question.value for question in Question}
-    return [line for line in output.splitlines() if line[:9].rstrip() in names]
+def assert_plan_is_well_told(path: Path, settings: dict[str, object], folder: Path) -> None:
+    """Plan through the command line, and hold its console output against its `plan.json`."""
+    pairs = [part for key, value in settings.items() for part in ("--set", f"{key}={json.dumps(value)}")]
+    options = ["--no-report", "--device", "zu9eg", "--out", str(folder / "out"), "--estimate"]
+    result = CliRunner().invoke(app, ["plan", str(path), *pairs, *options])
+    assert result.exit_code in (0, 1), (settings, result.output)
+    document = json.loads((folder / "out" / "plan.json").read_text())
+    try:
+        assert_printed(result.output, document, result.exit_code)
+    except AssertionError as error:
+        error.add_note(f"{path.name} with {settings}")
+        raise
 
 
 @pytest.mark.parametrize("name", QUICK)
 def test_printed_verdict_is_short_and_its_worst_word_is_the_exit_code(name: str, tmp_path: Path) -> None:
-    scenario = str(SCENARIOS / f"{name}.toml")
-    options = ["--no-report", "--device", "zu9eg", "--out", str(tmp_path / "out")]
-    result = CliRunner().invoke(app, ["plan", scenario, *options])
-    lines = answers(result.output)
-    assert lines[0].startswith("Answer"), result.output
-    assert len(lines) <= MOST_LINES
-    assert max(map(len, lines)) <= WIDTH
-    worst = max(word.level for word in words(result.output))
-    assert result.exit_code == (1 if worst is Level.BAD else 0), result.output
+    assert_plan_is_well_told(SCENARIOS / f"{name}.toml", {}, tmp_path)
+
+
+@pytest.mark.parametrize("number", range(EACH))
+@pytest.mark.parametrize("family", FAMILIES)
+def test_random_scenario_is_told_without_a_contradiction(family: str, number: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng([number, *family.encode()])
+    assert_plan_is_well_told(SCENARIOS / f"{family}.toml", random_settings(family, rng), tmp_path)

@@ -12,7 +12,7 @@ MOST_LINES = 5
 def assert_rules(verdict: Verdict, status: PlanStatus) -> None:
     """Few short lines, an answer first; a verified plan has no bad word, any other plan has one."""
     assert len(verdict.lines) <= MOST_LINES
-    assert max(len(str(line)) for line in verdict.lines) <= WIDTH, str(verdict)
+    assert max(map(len, str(verdict).splitlines())) <= WIDTH, str(verdict)
     assert verdict.lines[0].question is Question.ANSWER
     assert verdict.lines[0].word.name == status.name
     assert verdict.succeeded == (status is PlanStatus.VERIFIED), str(verdict)

@@ -11,6 +11,7 @@ from .hw_explain import explain
 from .hw_partition import partition
 from .hw_precision import precision
 from .hw_run import run
+from .hw_soc import soc
 from .hw_sweep import sweep
 from .hw_trace import trace
 from .hw_validate import validate
@@ -28,3 +29,4 @@ app.command()(budget)
 app.command()(calibrate)
 app.command()(precision)
 app.command()(design)
+app.command()(soc)

@@ -123,11 +123,13 @@ def plan(
         )  # fmt: skip
     with Interrupts() as interrupts:
         with exit_handling(as_json, interrupted="interrupted; nothing was written", interrupts=interrupts):
-            mission, chosen = _scenario(scenario, _overrides(problem, settings))
+            changes = _overrides(problem, settings)
+            mission, chosen = _scenario(scenario, changes)
             folder = out if out is not None else _default_folder(scenario, chosen)
             run, document = plan_scenario(
                 mission, chosen, folder, device=device, partition=partition, deadline_ms=deadline_ms, exact=exact,
                 check=check is not None, ps=ps, impulses=impulses, report=report, interrupts=interrupts,
+                file=(str(scenario), changes),
                 watch=lambda each: _watch(each, as_json=as_json, verbose=verbose),
             )  # fmt: skip
         if as_json:
@@ -166,6 +168,7 @@ def plan_file(
     ScenarioError, `hw_model.HwModelError`, OutputFolderError, PropagationError; KeyboardInterrupt when interrupted.
     """
     mission, scenario = _scenario(Path(path), settings)
+    options.setdefault("file", (str(path), settings or {}))
     return plan_scenario(mission, scenario, None if out is None else Path(out), **options)[0]
 
 
@@ -182,13 +185,15 @@ def plan_scenario(
     ps: bool = False,
     impulses: str | PathLike[str] | None = None,
     report: bool = True,
+    file: tuple[str, Mapping[str, Any]] | None = None,
     interrupts: Interrupts | None = None,
     watch: Watch | None = None,
 ) -> tuple[PlanRun, dict[str, Any]]:
     """Plan, check, price, write into `folder`; with it the document of `plan.json`.
 
     Device "none" leaves the price out, `check` plans again with Clarabel, `ps` plans on the emulated computer, `impulses`
-    is a file that is judged instead of planning, without `report` there are no figures and no page, `watch` gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
+    is a file that is judged instead of planning, without `report` there are no figures and no page, `file` is the scenario's
+    with its changed keys, for the commands in the verdict, `watch` gives what sees each subproblem. Raises before or instead of writing anything, KeyboardInterrupt after any Ctrl-C.
     """
     from orbsoc.hw.schedules import EngineTooSmallError
     from orbsoc.report.run import PlanRun
@@ -197,7 +202,7 @@ def plan_scenario(
     _check_before_planning(folder, device, partition, deadline_ms, exact=exact)
     if impulses is not None:
         found = _audited(scenario, impulses, check=check, ps=ps, deadline_ms=deadline_ms)
-        run = PlanRun(mission, found, "nothing: the impulses were given", None, None)
+        run = PlanRun(mission, found, "nothing: the impulses were given", None, None, file=file)
         return run, _written(run, folder, interrupts, report=report)
     scheduler = _scheduler() if ps else None
     with watch(mission) if watch else nullcontext() as callback:
@@ -213,7 +218,7 @@ def plan_scenario(
             too_large = device, str(error)
     interrupts.check()
     solver = "orbsoc on the emulated PS+PL computer" if ps else "orbsoc"
-    run = PlanRun(mission, found, solver, budget, compared, too_large)
+    run = PlanRun(mission, found, solver, budget, compared, too_large, file)
     return run, _written(run, folder, interrupts, report=report)
 
 
@@ -292,11 +297,11 @@ def _watch(
     """The iterations as they happen: one line of progress, or all of them as a table."""
     from rich.console import Console
 
-    from orbsoc.guidance.progress import IterationTable, ProgressLine
+    from orbsoc.guidance.progress import iteration_table, progress_line
 
     if verbose:
-        return IterationTable(Console(stderr=as_json), mission.COLUMNS)
-    return ProgressLine(Console(stderr=True))
+        return iteration_table(Console(stderr=as_json), mission.COLUMNS)
+    return progress_line(Console(stderr=True))
 
 
 def _uninterrupted(found: Plan) -> Plan:

@@ -148,7 +148,7 @@ def _write_messages(folder: Path, point: tuple[float, float, float]) -> None:
     except ValueError as error:
         raise StoreError(f"--ephemeris: {error}") from error
     (folder / "point.oem").write_text(oem(flown), encoding="utf-8")
-    (folder / "point.opm").write_text(opm(flown, found.scenario.vehicle.mass_kg), encoding="utf-8")
+    (folder / "point.opm").write_text(opm(flown), encoding="utf-8")
 
 
 def _solve_and_write(

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.orbit import EARTH, ConstantsSet, elements_from_state
-
-Array = NDArray[np.float64]
 
 ORIGINATOR = "ORBSOC"
 DEFAULT_EPOCH = datetime(2025, 1, 1, tzinfo=UTC)
@@ -111,21 +109,18 @@ def opm(
 
 
 def _header(version: str, subject: Subject) -> list[str]:
-    lines = [version]
-    if subject.frame != FRAME:
-        dated = subject.epoch != DEFAULT_EPOCH
-        lines += [] if dated else [f"COMMENT Times count from {subject.zero}; the scenario gives no date."]
-        return [*lines, f"CREATION_DATE = {_stamp(subject.epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
-    lines += [
-        f"COMMENT {FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
-        f"COMMENT {subject.x_axis}. It is not EME2000 nor any registered frame:",
-        "COMMENT the scenario does not say where that x axis points among the stars.",
-    ]
-    if subject.epoch == DEFAULT_EPOCH:
-        lines += [
-            f"COMMENT Times count from {subject.zero}; the scenario gives no date, and the epoch only stands for one."
+    named, comments = subject.frame != FRAME, list[str]()
+    if not named:
+        comments = [
+            f"{FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
+            f"{subject.x_axis}. It is not EME2000 nor any registered frame:",
+            "the scenario does not say where that x axis points among the stars.",
         ]
-    return [*lines, f"CREATION_DATE = {_stamp(subject.epoch, 0.0)}", f"ORIGINATOR = {ORIGINATOR}"]
+    if subject.epoch == DEFAULT_EPOCH:
+        end = "." if named else ", and the epoch only stands for one."
+        comments.append(f"Times count from {subject.zero}; the scenario gives no date{end}")
+    created = f"CREATION_DATE = {_stamp(subject.epoch, 0.0)}"
+    return [version, *(f"COMMENT {each}" for each in comments), created, f"ORIGINATOR = {ORIGINATOR}"]
 
 
 def _object(subject: Subject) -> list[str]:

@@ -54,16 +54,15 @@ def labels_in_line(panels: Iterable[Axes], left: float = -0.105) -> None:
 
 
 def panels(
-    size: tuple[float, float], heights: Sequence[float] = (1.0,), *, share: bool = True
+    size: tuple[float, float], heights: Sequence[float] = (1.0,), *, columns: int = 1, share: bool = True
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of panels one below the other, by default one; without pyplot: no global state, no display."""
+    """A figure of panels row by row, by default one; without pyplot: no global state, no display."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
-    rows = figure.subplots(
-        len(heights), 1, sharex=share, squeeze=False, gridspec_kw={"height_ratios": heights}
-    )
-    return figure, list(rows[:, 0])
+    ratios = {"height_ratios": heights}
+    rows = figure.subplots(len(heights), columns, sharex=share, squeeze=False, gridspec_kw=ratios)
+    return figure, list(rows.ravel())
 
 
 def write_png(figure: Figure, folder: Path, name: str, caption: str, *, appendix: bool = False) -> FigureFile:

@@ -6,7 +6,7 @@ Each case has its own random numbers, drawn from (seed, number): case 7 is the s
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -36,11 +36,6 @@ class Dispersion:
 
     spreads: tuple[Spread, ...]
     source: str
-
-    def with_sigma(self, **sigmas: float) -> Dispersion:
-        """A copy with other standard deviations, by name."""
-        spreads = (replace(each, sigma=sigmas.get(each.name, each.sigma)) for each in self.spreads)
-        return replace(self, spreads=tuple(spreads))
 
     def to_dict(self) -> dict[str, float]:
         """Standard deviations by name."""

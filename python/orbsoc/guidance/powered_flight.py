@@ -11,18 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.orbit import CanonicalUnits, Thruster
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.propagate import Steering
 
 from .collocation import LegendreGauss
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 SHORTEST = 1e-9
 """Canonical burn time that a linearisation can still be made about."""
@@ -152,7 +149,6 @@ def add_burn(
     )
     linear = linearise(burn, reference, free_duration=free_duration)
     _add_dynamics(builder, burn, grid, linear, variables)
-    _add_end(builder, burn, grid, linear, variables)
     _add_unit_balls(builder, variables.controls)
     if variables.duration is not None:
         longest = min(2.0 * reference.duration, burn.longest)
@@ -193,32 +189,28 @@ def stored(block: ArrayLike) -> sparse.coo_array:
 def _add_dynamics(
     builder: ConicBuilder, burn: Burn, grid: LegendreGauss, linear: Linearisation, variables: BurnVariables
 ) -> None:
-    """Σⱼ Dᵢⱼ xⱼ = gᵢ at every node; the initial state is data."""
+    """Σⱼ Dᵢⱼ xⱼ = gᵢ at every node, where the initial state is data, and x(t_f) = x₀ + Σᵢ wᵢ gᵢ."""
     differentiation = sparse.kron(stored(grid.differentiation[:, 1:]), sparse.eye_array(6))
-    terms: list[Term] = [
-        (variables.states, differentiation),
-        (variables.states, _state_blocks(-linear.by_state)),
-        (variables.controls, _control_blocks(-linear.by_control)),
-    ]
-    if variables.duration is not None:
-        terms.append((variables.duration, stored(-linear.by_duration.reshape(-1, 1))))
     from_start = grid.differentiation[:, :1] * burn.start
+    one = np.ones(grid.size)
+    terms = [(variables.states, differentiation), *_less(one, linear, variables, summed=False)]
     builder.equality(terms, (linear.constant - from_start).ravel())
-
-
-def _add_end(
-    builder: ConicBuilder, burn: Burn, grid: LegendreGauss, linear: Linearisation, variables: BurnVariables
-) -> None:
-    """x(t_f) = x₀ + Σᵢ wᵢ gᵢ."""
     weights = grid.weights
+    terms = [(variables.end, sparse.eye_array(6)), *_less(weights, linear, variables, summed=True)]
+    builder.equality(terms, burn.start + weights @ linear.constant)
+
+
+def _less(weights: Array, linear: Linearisation, variables: BurnVariables, *, summed: bool) -> list[Term]:
+    """−wᵢ gᵢ without its constant, of every node or summed over the nodes."""
+    by_state, by_control = -weights[:, None, None] * linear.by_state, -weights * linear.by_control
     terms: list[Term] = [
-        (variables.end, sparse.eye_array(6)),
-        (variables.states, _state_blocks(-weights[:, None, None] * linear.by_state, summed=True)),
-        (variables.controls, _control_blocks(-weights * linear.by_control, summed=True)),
+        (variables.states, _state_blocks(by_state, summed=summed)),
+        (variables.controls, _control_blocks(by_control, summed=summed)),
     ]
     if variables.duration is not None:
-        terms.append((variables.duration, stored(-(weights @ linear.by_duration).reshape(-1, 1))))
-    builder.equality(terms, burn.start + weights @ linear.constant)
+        column = weights @ linear.by_duration if summed else linear.by_duration
+        terms.append((variables.duration, stored(-column.reshape(-1, 1))))
+    return terms
 
 
 def _add_unit_balls(builder: ConicBuilder, controls: Variable) -> None:

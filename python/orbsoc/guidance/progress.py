@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from itertools import count
 from math import isfinite
 from time import monotonic
-from types import TracebackType
-from typing import Self
 
 from rich.console import Console
 from rich.live import Live
-from rich.status import Status
 from rich.table import Table
 
 from .mission import Column
@@ -27,10 +26,8 @@ def iteration_cells(row: Iteration, columns: Mapping[str, Column]) -> dict[str, 
     return {
         "#": str(row.number),
         **{
-            f"{column.title} {column.unit}".rstrip(): format(figures[name], column.form)
-            if name in figures
-            else "–"
-            for name, column in columns.items()
+            f"{each.title} {each.unit}".rstrip(): format(figures[name], each.form) if name in figures else "–"
+            for name, each in columns.items()
         },
         "change": scientific(row.change),
         "slack": scientific(row.slack),
@@ -40,84 +37,58 @@ def iteration_cells(row: Iteration, columns: Mapping[str, Column]) -> dict[str, 
     }
 
 
-class IterationTable:
-    """Shows every iteration it is called with. Use as a context manager; one table per run."""
+@contextmanager
+def iteration_table(console: Console, columns: Mapping[str, Column]) -> Iterator[Callable[[Iteration], None]]:
+    """What shows every iteration that it is called with: as a row of a table, or where there is no terminal as a line."""
+    if not console.is_terminal:
 
-    def __init__(self, console: Console, columns: Mapping[str, Column]) -> None:
-        self._console = console
-        self._columns = columns
-        self._table: Table | None = None
-        self._live: Live | None = None
+        def tell(iteration: Iteration) -> None:
+            row = iteration_cells(iteration, columns)
+            _print(console, "  ".join(f"{title}={value}" for title, value in row.items()))
 
-    def __call__(self, iteration: Iteration) -> None:
-        row = iteration_cells(iteration, self._columns)
-        if self._live is None:
-            self._print(row)
-            return
-        if self._table is None:
-            self._table = Table(box=None, header_style="bold", pad_edge=False)
-            for title in row:
-                self._table.add_column(title, justify="right", no_wrap=True)
-        self._table.add_row(*row.values(), style="dim" if iteration.change > 1e-4 else "")
-        self._live.update(self._table, refresh=True)
+        yield tell
+        return
+    table = Table(box=None, header_style="bold", pad_edge=False)
+    with Live(console=console, auto_refresh=False, vertical_overflow="visible") as live:
 
-    def __enter__(self) -> Self:
-        if self._console.is_terminal:
-            self._live = Live(console=self._console, auto_refresh=False, vertical_overflow="visible")
-            self._live.__enter__()
-        return self
+        def show(iteration: Iteration) -> None:
+            row = iteration_cells(iteration, columns)
+            for title in row if not table.columns else ():
+                table.add_column(title, justify="right", no_wrap=True)
+            table.add_row(*row.values(), style="dim" if iteration.change > 1e-4 else "")
+            live.update(table, refresh=True)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._live is not None:
-            self._live.__exit__(kind, error, trace)
-            self._live = None
-
-    def _print(self, row: Mapping[str, str]) -> None:
-        line = "  ".join(f"{title}={value}" for title, value in row.items())
-        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+        yield show
 
 
 EVERY_S = 10.0
 """Between two lines where there is no terminal."""
 
 
-class ProgressLine:
-    """Counts the conic problems of a run: a line that is rewritten on a terminal, else one at once and one every `EVERY_S`."""
+@contextmanager
+def progress_line(console: Console) -> Iterator[Callable[[Iteration], None]]:
+    """What counts the conic problems of a run: a line that is rewritten on a terminal, else one at once and one every `EVERY_S`."""
+    numbers, told_s = count(1), monotonic()
 
-    def __init__(self, console: Console) -> None:
-        self._console = console
-        self._status: Status | None = None
-        self._count = 0
-        self._told_s = 0.0
+    def words() -> str:
+        number = next(numbers)
+        return f"planning: {number} conic problem{'s' if number > 1 else ''} solved"
 
-    def __call__(self, iteration: Iteration) -> None:
-        self._count += 1
-        words = f"planning: {self._count} conic problem{'s' if self._count > 1 else ''} solved"
-        if self._status is not None:
-            self._status.update(words)
-        elif self._count > 1 and monotonic() - self._told_s >= EVERY_S:
-            self._tell(words)
+    if console.is_terminal:
+        with console.status("planning") as status:
+            yield lambda _: status.update(words())
+        return
+    _print(console, "planning")
 
-    def __enter__(self) -> Self:
-        if self._console.is_terminal:
-            self._status = self._console.status("planning")
-            self._status.start()
-        else:
-            self._tell("planning")
-        return self
+    def tell(_: Iteration) -> None:
+        nonlocal told_s
+        line = words()
+        if monotonic() - told_s >= EVERY_S:
+            told_s = monotonic()
+            _print(console, line)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._status is not None:
-            self._status.stop()
-            self._status = None
+    yield tell
 
-    def _tell(self, words: str) -> None:
-        self._told_s = monotonic()
-        self._console.print(words, markup=False, highlight=False, soft_wrap=True)
+
+def _print(console: Console, line: str) -> None:
+    console.print(line, markup=False, highlight=False, soft_wrap=True)

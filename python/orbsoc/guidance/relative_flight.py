@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.orbit import EARTH, ConstantsSet
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
 from orbsoc.orbit.relative import absolute_state, relative_state
 
 from .impulses import ImpulseProgramme
 
-Array = NDArray[np.float64]
 Forces = Callable[[int], Sequence[Force]]
 """The forces on a number of pairs of target and chaser, states in the order target, chaser, target, …"""
 
@@ -78,23 +77,17 @@ def fly(
     rows: list[Array] = []
     after: list[Array] = []
     pairs_after: list[Array] = []
-    left, taken = list(wanted), 0
-    for t, dv in [*flown, (inf, np.zeros(3))]:
-        until = min(float(t), float(wanted[-1]))
-        inside = [s for s in left if s < t or t == inf]
-        times = np.unique([at, *inside, until])
+    # A time at which there is an impulse is told before it.
+    parts = np.split(wanted, np.searchsorted(wanted, [t for t, _ in flown], side="right"))
+    for part, (t, dv) in zip(parts, [*flown, (wanted[-1], None)], strict=True):
+        times = np.unique([at, *part, t])
         states = coast(pair, times, acting, rtol=rtol) if times.size > 1 else pair[None]
-        rows += [states[np.searchsorted(times, s)] for s in inside]
-        taken += len(inside)
-        left = left[len(inside) :]
-        pair, at = states[-1].copy(), until
-        if t == inf:
+        rows += list(states[np.searchsorted(times, part)])
+        if dv is None:
             break
+        pair, at = states[-1].copy(), float(t)
         pull = _pull(pair[0], acting)
         relative = relative_state(pair[0], pair[1], pull)
-        if left and left[0] == t:  # told before the impulse
-            rows.append(pair.copy())
-            left = left[1:]
         relative[3:] += dv
         pair[1] = absolute_state(pair[0], relative, pull)
         after.append(relative)

@@ -1,9 +1,9 @@
 """Passive safety: how near to the target a chaser comes by itself, after every impulse and when one stops half-way.
 
 About a circular target the answer holds for all time, of drifts that move by `STILL_M` a revolution or more; slower ones
-count as closed. A free drift repeats R and N each revolution while T moves on by one step, so that of every phase the
-nearest revolution is known: least distance = min over phases alone. Over phases and fractions of an impulse it is a search,
-refined at every local minimum of a grid, and no bound: `docs/claims.md`.
+count as closed, which is wrong by `STILL_M` after a revolution and by a metre after a thousand. A free drift repeats R and N
+each revolution while T moves on by one step, so that of every phase the nearest revolution is known: least distance = min
+over phases alone. Over phases and fractions of an impulse it is searched, and bounded from below by `safety_bound`.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from math import inf, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
 from .impulses import ImpulseProgramme
-
-Array = NDArray[np.float64]
+from .safety_bound import STILL_M, DriftFamily, Least, least_bound, unsafe_shares
 
 PHASES = 1440
 """Of a revolution, at which distances are looked at before the least is refined."""
-STILL_M = 1e-3
-"""By which a closed ellipse may move in a revolution: the tolerance of the solver that closed it, not a drift."""
 FRACTIONS = 101
 """Of an impulse, from 0 to 1, at which it may stop."""
 REFINEMENTS = 4
 """Each narrows the phase by a factor of 10."""
+UNSAFE_M = 1e-3
+"""Nearer than the keep-out by more than this counts as unsafe: a plan may lie on it."""
 WELLS, CUT_REFINEMENTS = 8, 5
 """Local minima of the fraction that are refined, and how often: each narrows the fraction by a factor of 10."""
 
@@ -88,6 +88,13 @@ def drift_clearance(states: ArrayLike, mean_motion_rad_s: float, horizon_s: floa
     )
 
 
+def drift_least(state: Array, mean_motion_rad_s: float, horizon_s: float = inf) -> Least:
+    """The same of one state (6,), with a bound below it."""
+    found = drift_clearance(state, mean_motion_rad_s, horizon_s)
+    known = Least(float(found.distance_m[0]), None, 0.0, float(found.at_s[0]))
+    return least_bound(DriftFamily(state, np.zeros(3), mean_motion_rad_s, horizon_s), known)
+
+
 def sampled_clearance(motion: LinearMotion, states: ArrayLike, at_s: float, times_s: ArrayLike) -> Clearance:
     """The same of any motion, at times_s (K,) at or after at_s, at which the states (B, 6) or (6,) are."""
     rows, times = np.atleast_2d(np.asarray(states, np.float64)), np.asarray(times_s, np.float64)
@@ -101,19 +108,23 @@ def sampled_clearance(motion: LinearMotion, states: ArrayLike, at_s: float, time
 class CutBurn:
     """What follows when an impulse stops at a fraction of itself and none comes after it.
 
-    The worst fraction, how near to the target its drift comes and how long after, and which share of the fractions comes
-    nearer than the keep-out. `half_m`: cut at one half; `completed_m`, `completed_after_s`: of the whole impulse;
-    `missed_m`: of none of it.
+    The worst fraction, how near to the target its drift comes and how long after, and which share of the fractions, at
+    most, comes nearer than the keep-out by more than `UNSAFE_M`. `half_m`: cut at one half; `completed_m`,
+    `completed_after_s`: of the whole impulse; `missed_m`: of none of it. What a name with `at_least` tells is proved, by
+    the linear motion; None about an eccentric target, where all is sampled.
     """
 
     number: int
     time_s: float
     fraction: float
     distance_m: float
+    at_least_m: float | None
     after_s: float
     unsafe_share: float
+    unsafe_share_at_least: float | None
     half_m: float
     completed_m: float
+    completed_at_least_m: float | None
     completed_after_s: float
     missed_m: float
     by_fraction_m: Array = field(repr=False)
@@ -172,18 +183,29 @@ def audit_cut_burns(
         coarse = np.linspace(0.0, 1.0, FRACTIONS)
         first = clearance(coarse)
         fractions, distances, later = _refined(coarse, first, clearance)
-        at = int(distances.argmin())
+        at, limit = int(distances.argmin()), keep_out_m - UNSAFE_M
+        worst = Least(float(distances[at]), None, float(fractions[at]), float(later[at]))
+        whole = Least(float(first.distance_m[-1]), None, 1.0, float(first.at_s[-1]))
+        shares: tuple[float, float | None] = _share_below(fractions, distances, limit), None
+        if circular:
+            family = DriftFamily(before, dv, n, orbits * period)
+            worst = least_bound(family, worst)
+            whole = drift_least(after[k], n, orbits * period)
+            shares = unsafe_shares(family, limit)
         found.append(
             CutBurn(
                 number=k + 1,
                 time_s=t,
-                fraction=float(fractions[at]),
-                distance_m=float(distances[at]),
-                after_s=float(later[at]),
-                unsafe_share=_share_below(fractions, distances, keep_out_m * (1.0 - 1e-9) - 1e-6),
+                fraction=worst.fraction,
+                distance_m=worst.distance_m,
+                at_least_m=worst.at_least_m,
+                after_s=worst.after_s,
+                unsafe_share=shares[0],
+                unsafe_share_at_least=shares[1],
                 half_m=float(first.distance_m[FRACTIONS // 2]),
-                completed_m=float(first.distance_m[-1]),
-                completed_after_s=float(first.at_s[-1]),
+                completed_m=whole.distance_m,
+                completed_at_least_m=whole.at_least_m,
+                completed_after_s=whole.after_s,
                 missed_m=float(first.distance_m[0]),
                 by_fraction_m=first.distance_m,
             )

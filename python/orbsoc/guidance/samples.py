@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from .mission import BROKEN, PaperRow
 
@@ -15,7 +16,7 @@ SIGMAS = 3.0
 
 def statistics_row(
     quantity: str,
-    values: NDArray[np.float64],
+    values: Array,
     unit: str,
     reason: str,
     *,

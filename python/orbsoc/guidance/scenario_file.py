@@ -65,11 +65,16 @@ class Complaint:
         return f"{found}: {self.allowed}"
 
 
+def refused(key: str, value: str, allowed: str) -> PydanticCustomError:
+    """For a model's validator, which raises it: one complaint."""
+    context = {"key": key, "value": value, "allowed": allowed}
+    return PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+
+
 def refuse(complaints: Iterable[Complaint]) -> None:
     """For a model's validator: raise the first complaint, if there is one. Pydantic reports one error per validator."""
-    for complaint in complaints:
-        context = {"key": complaint.key, "value": complaint.value, "allowed": complaint.allowed}
-        raise PydanticCustomError("physics", "{key} = {value}: {allowed}", context)
+    for each in complaints:
+        raise refused(each.key, each.value, each.allowed)
 
 
 class ScenarioError(ValueError):
@@ -98,14 +103,6 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         other = "; `orbsoc solve` takes a problem in JSON" if source.suffix == ".json" else ""
         raise _unreadable(source, f"not TOML: {error}{other}") from error
-
-
-def read_document(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The document of a scenario file with `settings` in place of its own: values by dotted key, "vehicle.thrust_n".
-
-    Raises ScenarioError as `read_toml` does.
-    """
-    return merged(read_toml(path), nested(settings or {}))
 
 
 FILE_KEYS = ("oem", "omm")
@@ -144,8 +141,8 @@ def merged(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
 
 
 def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> S:
-    """A mission's scenario file, checked; `settings` as in `read_document`. Raises ScenarioError, also for a setting that
-    would change nothing."""
+    """A mission's scenario file, checked; `settings` are values in place of its own by dotted key, "vehicle.thrust_n". Raises
+    ScenarioError, also for a setting that would change nothing."""
     return configured(model, read_toml(path), settings, source=str(path))
 
 

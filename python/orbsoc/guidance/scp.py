@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import isfinite, nan
 from typing import Any, Generic, Protocol, TypeVar
 
 from orbsoc.conic.problem import Problem
@@ -162,10 +162,10 @@ def sequential_convex(
             subproblem = linearise(reference)
             solution = solve(subproblem.problem, Settings(tol=tolerance))
             step = subproblem.read(solution) if _usable(solution, rules) else None
-            row = _row(number, tolerance, subproblem.problem, solution, step)
-            iterations.append(row)
+            figures = (nan, nan, {}) if step is None else (step.change, step.slack, step.figures)
+            iterations.append(Iteration(number, tolerance, subproblem.problem, solution, *figures))
             if callback is not None:
-                callback(row)
+                callback(iterations[-1])
             if step is None:
                 return ended(*_failure(number, solution))
             reference = step.iterate
@@ -285,10 +285,8 @@ def trust_region(
 
 def _usable(solution: Solution, rules: Rules) -> bool:
     """Whether to move to this solution: solved, or close enough by its residuals on the original data."""
-    stopped_short = (Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
-    if solution.status is not Status.SOLVED and solution.status not in stopped_short:
-        return False
-    return within_residual(solution, rules.usable_residual)
+    near = (Status.SOLVED, Status.SOLVED_INACCURATE, Status.NUMERICAL_LIMIT, Status.MAX_ITERATIONS)
+    return solution.status in near and within_residual(solution, rules.usable_residual)
 
 
 def within_residual(solution: Solution, limit: float) -> bool:
@@ -300,24 +298,11 @@ def within_residual(solution: Solution, limit: float) -> bool:
     return all(residual <= limit for residual in residuals)
 
 
-def _row(
-    number: int, tolerance: float, problem: Problem, solution: Solution, step: Step[I] | None
-) -> Iteration:
-    if step is None:
-        return Iteration(number, tolerance, problem, solution, float("nan"), float("nan"), {})
-    return Iteration(number, tolerance, problem, solution, step.change, step.slack, step.figures)
-
-
 def _failure(number: int, solution: Solution) -> tuple[ExitReason, str]:
     status = solution.status
     if status is Status.INTERRUPTED:
         return ExitReason.INTERRUPTED, f"interrupted in iteration {number}"
+    which = f"the subproblem of iteration {number}"
     if status is Status.PRIMAL_INFEASIBLE:
-        return (
-            ExitReason.SUBPROBLEM_INFEASIBLE,
-            f"the subproblem of iteration {number} has no feasible point: {solution.message}",
-        )
-    return (
-        ExitReason.SUBPROBLEM_FAILED,
-        f"the subproblem of iteration {number} ended with {status.name}: {solution.message}",
-    )
+        return ExitReason.SUBPROBLEM_INFEASIBLE, f"{which} has no feasible point: {solution.message}"
+    return ExitReason.SUBPROBLEM_FAILED, f"{which} ended with {status.name}: {solution.message}"

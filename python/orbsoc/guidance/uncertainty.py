@@ -5,14 +5,13 @@ from __future__ import annotations
 from math import erfc, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
 from .scenario_file import Table
-
-Array = NDArray[np.float64]
 
 PHASES = 360
 """Times in a revolution at which errors of a drift are looked at."""

@@ -10,15 +10,14 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
 from orbsoc.orbit import EARTH, LaunchFrame, Thruster
+from orbsoc.orbit.array import Array
 
 from .presets import site_with_preset, vehicle_with_preset
-from .scenario_file import Complaint, Table, missing_words, refuse
+from .scenario_file import Complaint, Table, missing_words, refused
 
-Array = NDArray[np.float64]
 STANDARD_GRAVITY_M_S2 = 9.80665
 """Of the definition of the specific impulse (CGPM 1901)."""
 Vector = Annotated[tuple[float, float, float], Strict(False)]
@@ -65,14 +64,12 @@ class Vehicle(Table):
         impulse, thrust = given.get("isp_s"), given.get("thrust_n")
         if impulse is None:
             if "mass_flow_kg_s" not in given:
-                words = missing_words(cls, "mass_flow_kg_s")
-                refuse(
-                    [Complaint("vehicle.mass_flow_kg_s", "", f"{words}; or give vehicle.isp_s or a preset")]
-                )
+                allowed = f"{missing_words(cls, 'mass_flow_kg_s')}; or give vehicle.isp_s or a preset"
+                raise refused("vehicle.mass_flow_kg_s", "", allowed)
             return given
         if "mass_flow_kg_s" in given:
             both = f"vehicle.mass_flow_kg_s = {given['mass_flow_kg_s']} says the same; must be one of the two"
-            refuse([Complaint("vehicle.isp_s", f"{impulse}", both)])
+            raise refused("vehicle.isp_s", f"{impulse}", both)
         if not all(isinstance(value, int | float) and value > 0.0 for value in (impulse, thrust)):
             return given | {"mass_flow_kg_s": 1.0}  # the fields refuse what is wrong
         flow = thrust / (STANDARD_GRAVITY_M_S2 * impulse)
@@ -118,8 +115,7 @@ def _filled(
     try:
         return fill(given)
     except KeyError as error:
-        refuse([Complaint(f"{table}.preset", repr(given["preset"]), str(error.args[0]))])
-        raise
+        raise refused(f"{table}.preset", repr(given["preset"]), str(error.args[0])) from error
 
 
 class State(Table):
@@ -136,21 +132,14 @@ def state_complaints(key: str, state: State) -> Iterator[Complaint]:
     """What no state of a vehicle above the Earth can be; `key` is the table's."""
     x = state.vector()
     radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
+    position, velocity = str(list(state.position_m)), str(list(state.velocity_m_s))
     if radius < EARTH.earth_radius_m:
-        yield Complaint(
-            f"{key}.position_m",
-            str(list(state.position_m)),
-            f"lies {radius:.6g} m from the Earth's centre, below the ground; must be at least"
-            f" {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)",
-        )
+        least = f"must be at least {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)"
+        allowed = f"lies {radius:.6g} m from the Earth's centre, below the ground; {least}"
+        yield Complaint(f"{key}.position_m", position, allowed)
     low, high = SPEED_RANGE_M_S
     if not low <= speed <= high:
-        yield Complaint(
-            f"{key}.velocity_m_s",
-            str(list(state.velocity_m_s)),
-            f"is a speed of {speed:.6g} m/s; must be within {low:.0f}…{high:.0f} m/s (m/s, not km/s)",
-        )
+        allowed = f"is a speed of {speed:.6g} m/s; must be within {low:.0f}…{high:.0f} m/s (m/s, not km/s)"
+        yield Complaint(f"{key}.velocity_m_s", velocity, allowed)
     elif np.linalg.norm(np.cross(x[:3], x[3:])) <= 1e-6 * radius * speed:
-        yield Complaint(
-            f"{key}.velocity_m_s", str(list(state.velocity_m_s)), "must not be parallel to the position"
-        )
+        yield Complaint(f"{key}.velocity_m_s", velocity, "must not be parallel to the position")

@@ -7,24 +7,45 @@ Console, report, `plan.json` and notebook print the same lines. A mission answer
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable
-from dataclasses import dataclass
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from html import escape
+from shlex import quote
+from textwrap import wrap
 from typing import Any
 
 from .claims import Claim
 
 WIDTH = 100
 """Characters of a printed line."""
-
-
-ROOM = WIDTH - 22
+MARGIN = 22
+"""Of them for question and word; a line that is too long goes on below its figure."""
+ROOM = WIDTH - MARGIN
 """Of them for figure, limit and evidence."""
+MOST_LINES = 8
+"""Of a printed verdict."""
 
 
-def shortened(text: str, room: int = ROOM) -> str:
-    """A sentence made elsewhere, cut at a word where it is longer than a line has room."""
-    return text if len(text) <= room else text[: room - 1].rpartition(" ")[0].rstrip(",;:") + " …"
+def shortened(text: str, room: int = 2 * ROOM) -> str:
+    """The first whole clauses of a sentence made elsewhere that fit into two lines; all of it where none do.
+
+    >>> shortened("the plane is tilted by 0.3° (some 41.2 m/s of velocity out of the plane)", 40)
+    'the plane is tilted by 0.3°'
+    """
+    ends = [found.start() for found in re.finditer(r"[;.] | \(", text) if found.start() <= room]
+    return text if len(text) <= room or not ends else text[: ends[-1]]
+
+
+def set_options(settings: Mapping[str, Any]) -> str:
+    """Values by key as options of `orbsoc plan`, as a shell takes them.
+
+    >>> set_options({"burn.ignition": "free", "slot": [1, 2]})
+    "--set burn.ignition=free --set 'slot=[1, 2]'"
+    """
+    words = {key: value if isinstance(value, str) else json.dumps(value) for key, value in settings.items()}
+    return " ".join(f"--set {quote(f'{key}={word}')}" for key, word in words.items())
 
 
 class Level(enum.IntEnum):
@@ -84,6 +105,7 @@ class Word(enum.Enum):
     FAIL = "FAIL", Level.BAD
     NOT_JUDGED = "NOT JUDGED", Level.OPEN
     MODELLED = "MODELLED", Level.GOOD
+    NOT_NEEDED = "NOT NEEDED", Level.GOOD
     DOES_NOT_FIT = "DOES NOT FIT", Level.OPEN
     OTHER_BITS = "OTHER BITS", Level.BAD
     """The scheduled solves do not return the bits of the native ones."""
@@ -104,17 +126,33 @@ class VerdictLine:
     limit: str = ""
     evidence: str = ""
     claim: Claim | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)
+    """Of an option: the keys of the scenario to set."""
+    command: str = ""
+    """What sets them, behind all that plans the scenario where its file is known."""
 
     @classmethod
     def of_claim(cls, question: Question, claim: Claim, limit: str = "", evidence: str = "") -> VerdictLine:
         """The line that a claim makes: its kind is the word, its words the figure."""
         return cls(question, Word[claim.kind.name], claim.claim, limit, evidence, claim)
 
-    def __str__(self) -> str:
-        """The line as it is printed."""
+    @property
+    def text(self) -> str:
+        """Figure, limit and evidence in a row."""
         text = f"{self.figure} (allowed {self.limit})" if self.limit else self.figure
-        text = "; ".join(filter(None, (text, self.evidence)))
-        return f"{self.question.value:<9}{self.word.text:<13}{text}".rstrip()
+        return "; ".join(filter(None, (text, self.evidence)))
+
+    def __str__(self) -> str:
+        """The line as it is printed, in as many of `WIDTH` characters as it takes; a command has its own."""
+        head = f"{self.question.value:<9}{self.word.text:<13}"
+        bound = re.sub(r"(?<=\d) (?=\S)", "\N{NO-BREAK SPACE}", self.text)  # a number stays beside its unit
+        lines = wrap(
+            bound, WIDTH, initial_indent=head, subsequent_indent=" " * MARGIN, break_on_hyphens=False
+        )
+        if self.settings:
+            fits = len(self.command) + 9 <= WIDTH
+            lines.append(" " * 9 + (self.command if self.command and fits else set_options(self.settings)))
+        return "\n".join(lines).replace("\N{NO-BREAK SPACE}", " ") or head.rstrip()
 
     def to_dict(self) -> dict[str, Any]:
         """A row of `verdict` in plan.json."""
@@ -125,6 +163,7 @@ class VerdictLine:
             "limit": self.limit,
             "evidence": self.evidence,
             "claim": self.claim and self.claim.to_dict(),
+            "command": self.command or set_options(self.settings),
         }
 
 
@@ -158,14 +197,31 @@ class Verdict:
         """The word that answers a question; None where it was not put."""
         return next((line.word for line in self.lines if line.question is question), None)
 
+    def of_file(self, path: str, changes: Mapping[str, Any]) -> Verdict:
+        """The same with options told as whole commands, for a scenario file of which some keys were changed."""
+        plan = f"orbsoc plan {quote(path)}"
+        return Verdict(
+            tuple(
+                replace(line, command=f"{plan} {set_options({**changes, **line.settings})}")
+                if line.settings
+                else line
+                for line in self.lines
+            )
+        )
+
     def __str__(self) -> str:
-        """The table as the console prints it, a line a question."""
-        return "\n".join(str(line) for line in self.lines)
+        """The table as the console prints it, one or two lines a question; the last evidence gives way to `MOST_LINES`."""
+        lines = list(self.lines)
+        for k in reversed(range(len(lines))):
+            if sum(str(line).count("\n") + 1 for line in lines) <= MOST_LINES:
+                break
+            lines[k] = replace(lines[k], evidence="")
+        return "\n".join(map(str, lines))
 
     def _repr_html_(self) -> str:
         cells = (
             f"<tr><th>{line.question.value}</th><td><b>{escape(line.word.text)}</b></td><td>{escape(line.figure)}</td>"
-            f"<td>{escape(line.limit)}</td><td>{escape(line.evidence)}</td></tr>"
+            f"<td>{escape(line.limit)}</td><td>{escape('; '.join(filter(None, (line.evidence, line.command or set_options(line.settings)))))}</td></tr>"
             for line in self.lines
         )
         return f"<table>{''.join(cells)}</table>"

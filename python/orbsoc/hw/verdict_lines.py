@@ -18,6 +18,11 @@ def unpriced(device: str, reason: str) -> VerdictLine:
     return VerdictLine(Question.COMPUTER, Word.DOES_NOT_FIT, f"{device} is not priced", evidence=reason)
 
 
+def nothing_solved() -> VerdictLine:
+    """Computer, of a plan without a conic problem: an answer in closed form, or impulses that were given."""
+    return VerdictLine(Question.COMPUTER, Word.NOT_NEEDED, "no conic problem was solved: nothing to time")
+
+
 def _deadline(found: CycleBudget) -> tuple[VerdictLine, ...]:
     if found.deadline_ms is None:
         return ()
@@ -46,4 +51,5 @@ def _computer(found: CycleBudget) -> VerdictLine:
 
 
 def _band(times: Band) -> str:
-    return f"{times.nominal:.3g} ms ({times.low:.3g}–{times.high:.3g})"
+    per, unit = (1e3, "s") if times.nominal >= 1e3 else (1.0, "ms") if times.nominal >= 0.1 else (1e-3, "µs")
+    return f"{times.nominal / per:.3g} {unit} ({times.low / per:.3g}–{times.high / per:.3g})"

@@ -37,6 +37,8 @@ class PlanRun:
     check: Agreement | None
     too_large: tuple[str, str] | None = None
     """The device whose engine does not hold the solves, which are not priced, and why."""
+    file: tuple[str, Mapping[str, Any]] | None = None
+    """The scenario's file and its changed keys, where it is of one."""
 
     def __repr__(self) -> str:
         found = self.verdict.lines[0]
@@ -48,14 +50,17 @@ class PlanRun:
     @property
     def verdict(self) -> Verdict:
         """The plan's lines with the second solver's, the deadline's and the computer's."""
-        from orbsoc.hw.verdict_lines import hardware_lines, unpriced
+        from orbsoc.hw.verdict_lines import hardware_lines, nothing_solved, unpriced
 
         more: list[VerdictLine] = [self.check.line("clarabel")] if self.check else []
         if self.budget:
             more += hardware_lines(self.budget)
         elif self.too_large:
             more.append(unpriced(*self.too_large))
-        return self.plan.verdict.with_lines(more)
+        elif not self.plan.subproblems:
+            more.append(nothing_solved())
+        found = self.plan.verdict.with_lines(more)
+        return found.of_file(*self.file) if self.file else found
 
     @property
     def succeeded(self) -> bool:

@@ -11,7 +11,7 @@ import pytest
 from orbsoc.guidance.ccsds import Subject, oem
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.orbit_input.catalogue import from_omm, from_tle, parse_utc
-from orbsoc.guidance.scenario_file import ScenarioError, Table, checked, read_document
+from orbsoc.guidance.scenario_file import ScenarioError, Table, checked, read_toml
 from orbsoc.orbit import EARTH, Elements, propagate_burn, state_from_elements
 from orbsoc.orbit.anomalies import mean_from_true
 from orbsoc.orbit.propagate import Thruster
@@ -104,7 +104,7 @@ def test_a_tle_gives_the_state_of_sgp4_at_its_epoch_in_the_frame_asked_for() -> 
 def test_an_omm_is_the_tle_that_it_says(tmp_path: Path) -> None:
     (tmp_path / "iss.omm").write_text(OMM)
     (tmp_path / "s.toml").write_text('[initial]\nomm = "iss.omm"\n')
-    orbit = checked(Holder, read_document(tmp_path / "s.toml"), source="t").initial
+    orbit = checked(Holder, read_toml(tmp_path / "s.toml"), source="t").initial
     tle = from_tle(ISS)
     assert from_omm(tmp_path / "iss.omm").vector == pytest.approx(tle.vector, rel=1e-6)
     assert abs((orbit.epoch or tle.epoch) - tle.epoch).total_seconds() < 1e-3

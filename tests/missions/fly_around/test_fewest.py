@@ -18,6 +18,7 @@ from orbsoc.missions.fly_around.search.fewest import (
     even_bound,
     first_shares,
     free_arc,
+    largest,
     partition,
 )
 from orbsoc.missions.fly_around.search.tube import Tube, solve_tube
@@ -51,6 +52,17 @@ def test_every_arc_of_the_proof_holds_by_a_second_solver() -> None:
         assert bound_below(arc.problem, other) == pytest.approx(arc.bound_m, abs=2e-5)
         assert bound_below(arc.problem, other) > 2.2996
         assert arc.bound_m <= arc.error_m
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2**32 - 1))
+def test_no_arc_has_an_unknown_beyond_what_its_error_allows(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    problem = bound(12).arcs[int(rng.integers(12))].problem
+    x = rng.normal(size=problem.n) * 10.0 ** rng.uniform(-3, 3, problem.n)
+    rows = (problem.h - problem.G.toarray()[:, :-1] @ x[:-1]).reshape(-1, 4)[:, 1:]
+    x[-1] = np.linalg.norm(rows, axis=1).max()
+    assert (np.abs(x) <= largest(problem, float(x[-1])) * (1.0 + 1e-9)).all()
 
 
 @settings(max_examples=20)

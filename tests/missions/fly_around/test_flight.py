@@ -54,3 +54,15 @@ def test_a_programme_is_flown_from_impulse_to_impulse() -> None:
     np.testing.assert_allclose(flown.before, [start, first, last], atol=1e-8)
     after = np.array([start, first])[:, 3:] + programme.dv_m_s
     assert abs(flown.post_burn_speeds_m_s - np.linalg.norm(after, axis=1).sum()) < 1e-9
+
+
+@settings(max_examples=20)
+@given(seeds)
+def test_no_sample_is_above_the_bound_on_the_error(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    flight = Flight(PATH, 1e-5 * rng.normal(size=3))
+    start, length = float(rng.uniform(0.0, 1500.0)), float(rng.uniform(30.0, 600.0))
+    state = np.concatenate([PATH.position(start), PATH.velocity(start)])
+    state += np.concatenate([rng.normal(size=3), 0.02 * rng.normal(size=3)])
+    dense = flight.largest_error(flight.arc(state, length, 20_000), start, length)[0]
+    assert dense <= flight.error_at_most(state, start, length) <= dense * (1.0 + 1e-4)

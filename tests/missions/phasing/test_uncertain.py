@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from orbsoc.guidance.claims import Kind
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.missions.phasing import plan, samples
 from orbsoc.missions.phasing.model.uncertain import Chance, impulse_covariance, meeting
@@ -71,6 +72,25 @@ def test_a_chance_that_the_target_alone_forbids_is_infeasible_by_name() -> None:
     found = plan(asked)
     assert found.status is PlanStatus.INFEASIBLE
     assert "chance of the meeting" in found.message
+    claim = found.verdict.lines[0].claim
+    assert claim is not None
+    assert claim.kind is Kind.PROVED
+    assert claim.gap is not None
+    assert claim.gap > 0.0
+
+
+@pytest.mark.parametrize(
+    ("distance_km", "status"),
+    [(218.9, "INFEASIBLE"), (219.5, "NOT_FOUND"), (220.0, "NOT_VERIFIED"), (222.0, "VERIFIED")],
+)
+def test_a_chance_that_some_flight_cannot_keep_is_no_proof(distance_km: float, status: str) -> None:
+    """Near the target's own σ of 56.3 km: beyond it a proof, short of it what was tried, and no bound above the plan."""
+    errors = {"probability": 0.9999, "distance_km": distance_km, "runs": 100}
+    found = plan(scenario().with_changes(uncertainty=errors, window={"front": ()}, surprise=None))
+    assert found.status.name == status
+    assert found.bounded is None or found.bounded.lower_bound <= found.programme.total_m_s * (1.0 + 1e-6)
+    if found.status is PlanStatus.NOT_FOUND:
+        assert "flights tried" in str(found.verdict.lines[0])
 
 
 def test_finite_burns_meet_after_corrections() -> None:

@@ -7,11 +7,11 @@ import pytest
 
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_insertion.model.attitude_rate import (
-    CONES_PER_NODE,
     peak_rate,
     rates,
     slope_matrix,
 )
+from orbsoc.missions.reachable_insertion.tuning import CONES_PER_NODE
 
 
 def arc(tau: np.ndarray, turn: float) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,8 @@ def test_a_draw_against_physics_and_a_negative_number_are_refused() -> None:
         disperse(SCENARIO, -1)
     with pytest.raises(ScenarioError, match="seed = -2: must be 0 or more"):
         disperse(SCENARIO, 1, -2)
-    heavy = DISPERSION.with_sigma(mass=0.99)
+    spreads = (replace(each, sigma=0.99) if each.name == "mass" else each for each in DISPERSION.spreads)
+    heavy = replace(DISPERSION, spreads=tuple(spreads))
     drawn = [number for number in range(1, 200) if _mass_draw(number) < -1.05]
     with pytest.raises(ScenarioError, match=rf"rec1, case {drawn[0]}: vehicle\.mass_kg"):
         heavy.case(SCENARIO, drawn[0])

@@ -11,7 +11,7 @@ from benchmarks.made_missions import Mission
 from benchmarks.missions import ANGLES, freed, mission
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan import details
 from orbsoc.missions.reachable_insertion.search.setup import target_of
 from orbsoc.missions.reachable_insertion.targets.free_target import FreeTarget
 from orbsoc.missions.reachable_insertion.targets.rows import Row
@@ -110,7 +110,7 @@ def test_what_is_missed_is_told_in_its_own_unit() -> None:
     weak = base.with_changes(vehicle={"dry_mass_kg": 100.0, "thrust_n": 20.0})
     found = plan(targeted(weak, **free))
     assert found.status is not PlanStatus.VERIFIED
-    assert "inclination too" in verdict(found)
+    assert "inclination too" in details(found)
 
 
 @pytest.mark.parametrize(

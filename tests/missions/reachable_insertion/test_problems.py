@@ -18,8 +18,8 @@ from orbsoc.missions.reachable_insertion.model.problems import (
     MinTime,
 )
 from orbsoc.missions.reachable_insertion.scenario import load_scenario
-from orbsoc.missions.reachable_insertion.starts.guess import along_velocity, propagated, towards_plane
-from orbsoc.missions.reachable_insertion.targets.target_orbit import LinearVectors, TargetOrbit
+from orbsoc.missions.reachable_insertion.starts.directions import along_velocity, propagated, towards_plane
+from orbsoc.missions.reachable_insertion.targets.target_orbit import LargestOrbit, LinearVectors, TargetOrbit
 from orbsoc.orbit import EARTH, CanonicalUnits, angular_momentum, laplace_vector
 
 SCENARIO = load_scenario(Path(__file__).resolve().parents[3] / "scenarios" / "rec1.toml")
@@ -28,7 +28,7 @@ START_SI = SCENARIO.initial.vector()
 THRUSTER = SCENARIO.vehicle.thruster()
 BURN = Burn.of(START_SI, THRUSTER, SCENARIO.vehicle.longest_burn_s, UNITS)
 TARGET = TargetOrbit.through(UNITS.state_from_si(SCENARIO.target.vector()))
-PERIGEE = 1.0 + 150e3 / EARTH.earth_radius_m
+LARGEST = LargestOrbit.about(UNITS.state_from_si(SCENARIO.target.vector()), 150e3, is_direction_free=False)
 
 
 def guess(nodes: int = 12) -> Trajectory:
@@ -114,7 +114,7 @@ def test_duration_is_bounded_by_the_trust_region_and_by_the_propellant() -> None
 
 def test_free_perigee_problem_has_the_size_and_pattern_of_the_specification() -> None:
     reference = Iterate(guess())
-    problem = MaxEnergyFreePerigee(BURN, TARGET, PERIGEE, None, no_figures)(reference).problem
+    problem = MaxEnergyFreePerigee(BURN, LARGEST, None, no_figures)(reference).problem
     assert (problem.n, problem.p, problem.m) == (114, 80, 51)
     assert problem.cones.l == 0
     assert problem.cones.q == (4,) * 12 + (3,)
@@ -126,9 +126,9 @@ def test_free_perigee_problem_has_the_size_and_pattern_of_the_specification() ->
     "linearisation",
     [
         MinTime(BURN, TARGET, 100.0, no_figures),
-        MaxEnergyFixedPerigee(BURN, TARGET, PERIGEE, 100.0, no_figures),
-        MaxEnergyFreePerigee(BURN, TARGET, PERIGEE, None, no_figures),
-        MaxEnergyFreePerigee(BURN, TARGET, PERIGEE, 100.0, no_figures),
+        MaxEnergyFixedPerigee(BURN, LARGEST, 100.0, no_figures),
+        MaxEnergyFreePerigee(BURN, LARGEST, None, no_figures),
+        MaxEnergyFreePerigee(BURN, LARGEST, 100.0, no_figures),
     ],
     ids=["min_time", "fixed", "free", "free_with_slack"],
 )

@@ -19,10 +19,10 @@ from scipy.interpolate import CubicSpline
 import orbsoc
 from orbsoc.guidance.progress import iteration_cells
 from orbsoc.missions.reachable_insertion import COLUMNS, Plan, Scenario, load_scenario, plan
-from orbsoc.missions.reachable_insertion.figures.panels import draw_figures
 from orbsoc.missions.reachable_insertion.model.problems import Row
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict, violations
-from orbsoc.missions.reachable_insertion.record.document import attitude_csv, plan_document
+from orbsoc.missions.reachable_insertion.plan import details
+from orbsoc.missions.reachable_insertion.record.document import violations
+from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.verification import verify
 from orbsoc.orbit import EARTH, angular_momentum, laplace_vector, propagate_burn, thrust_direction
 
@@ -65,9 +65,8 @@ def test_verification_objects_to_another_burn_time() -> None:
 
 def test_verification_objects_to_a_perigee_below_the_one_required() -> None:
     found = planned("rec1", "max_energy", "free")
-    target = found.scenario.target.model_copy(update={"perigee_height_km": 150.1})
-    higher = found.scenario.model_copy(update={"target": target})
-    failures = verify(higher, found.target, found.iterate).failures
+    higher = found.scenario.with_changes(target={"perigee_height_km": 150.1})
+    failures = verify(higher, InsertionSetup.of(higher).target, found.iterate).failures
     assert [failure.split(" is ")[0] for failure in failures] == ["perigee error in m"]
 
 
@@ -75,7 +74,7 @@ def test_verification_objects_to_a_perigee_below_the_one_required() -> None:
 def test_attitude_file_read_back_and_flown_reaches_the_planned_orbit(problem: str, direction: str) -> None:
     """From the CSV alone: pitch and yaw through a spline of the 401 lines, flown by DOP853."""
     found = planned("rec1", problem, direction)
-    text = attitude_csv(found)
+    text = found.tables().get("attitude.csv")
     assert text is not None
     rows = list(csv.DictReader(io.StringIO(text)))
     assert list(rows[0]) == ["t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz", "rate_deg_s"]
@@ -115,7 +114,7 @@ SUBPROBLEM = {"iterations", "status", "n", "p", "m", "nnz_kkt", "nnz_l", "solve_
 
 
 def test_plan_document_is_json_with_the_public_keys() -> None:
-    document = json.loads(json.dumps(plan_document(planned()), allow_nan=False))
+    document = json.loads(json.dumps(planned().to_dict(), allow_nan=False))
     assert document.keys() >= REQUIRED
     assert document["orbit"].keys() >= ORBIT
     assert document["propagated_orbit"].keys() == document["orbit"].keys()
@@ -128,26 +127,26 @@ def test_plan_document_is_json_with_the_public_keys() -> None:
 
 
 def test_documented_scenario_plans_the_same_again() -> None:
-    document = json.loads(json.dumps(plan_document(planned())))
+    document = json.loads(json.dumps(planned().to_dict()))
     again = plan(Scenario.model_validate_json(json.dumps(document["scenario"])), solve=orbsoc.solve)
     assert again.time_of_flight_s == planned().time_of_flight_s
 
 
 def test_document_of_nothing_found_promises_no_orbit_and_no_attitude(tmp_path: Path) -> None:
     found = planned("paper004_insertion", "max_energy")
-    document = json.loads(json.dumps(plan_document(found), allow_nan=False))
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert document["status"] == "not_found"
     assert document["orbit"] is None
     assert document["propagated_orbit"] is None
     assert document["violations"][0]["row"] == "orbit plane, lean across the perigee line"
-    assert attitude_csv(found) is None
-    assert draw_figures(found, tmp_path) == ()
+    assert found.tables().get("attitude.csv") is None
+    assert found.figures(tmp_path) == ()
     assert list(tmp_path.iterdir()) == []
 
 
 def test_subproblem_without_a_point_is_null_in_json_and_a_dash_in_the_table() -> None:
     found = planned("paper004_insertion", "max_energy", "free")
-    first = plan_document(found)["subproblems"][0]
+    first = found.to_dict()["subproblems"][0]
     assert first["status"] == "PRIMAL_INFEASIBLE"
     assert first["change"] is None
     cells = iteration_cells(found.subproblems[0], COLUMNS)
@@ -156,7 +155,7 @@ def test_subproblem_without_a_point_is_null_in_json_and_a_dash_in_the_table() ->
 
 
 def test_figures_are_written_with_captions(tmp_path: Path) -> None:
-    figures = draw_figures(planned("rec1", "max_energy"), tmp_path)
+    figures = planned("rec1", "max_energy").figures(tmp_path)
     assert {figure.name for figure in figures} == {
         "orbit.png", "history.png", "velocity.png", "position.png", "attitude.png",
     }  # fmt: skip
@@ -191,12 +190,13 @@ def test_every_violated_row_has_words_in_units_a_person_can_picture(
 ) -> None:
     """On 150 × 203.95 km: e = 0.004115 and |H| = √(r_p (1 + e)) = 1.01377 canonical."""
     found = planned("rec1", "max_energy")
-    broken = replace(found, iterate=replace(found.iterate, slack=((Row[row], value),)))
+    outcome = replace(found.best.outcome, iterate=replace(found.iterate, slack=((Row[row], value),)))
+    broken = replace(found, attempts=(replace(found.best, outcome=outcome),))
     assert violations(broken)[0].words.startswith(words)
 
 
 def test_verdict_of_a_verified_plan_names_orbit_time_and_evidence() -> None:
-    words = verdict(planned())
+    words = details(planned())
     assert words.startswith(
         "VERIFIED: the shortest burn found onto the target orbit, 152.76 × 201.84 km, takes 56.570 s"
     )

@@ -15,7 +15,7 @@ import orbsoc
 import orbsoc.missions
 from orbsoc.guidance.scenario_file import checked, read_toml
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, ScenarioError, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan import details
 from orbsoc.orbit import eci_from_launch_inertial, rotate_state
 
 SCENARIOS = Path(__file__).resolve().parents[3] / "scenarios"
@@ -201,7 +201,7 @@ def test_target_out_of_reach_is_a_status_in_words_not_an_exception(tmp_path: Pat
     found = plan(load_scenario(path), solve=orbsoc.solve)
     assert found.status is PlanStatus.INFEASIBLE
     assert found.verification is None
-    words = verdict(found)
+    words = details(found)
     assert words.startswith("INFEASIBLE: no burn, however steered, reaches the target.")
     assert "takes more than 657.1 m/s, and the vehicle has 530.7 m/s" in words
     assert "This is a proof" in words
@@ -212,7 +212,7 @@ def test_a_sequence_that_does_not_converge_is_no_answer_rather_than_out_of_reach
     short = scenario.with_changes(problem="max_energy", method={"max_iterations": 2})
     found = plan(short, solve=orbsoc.solve)
     assert found.status is PlanStatus.FAILED
-    words = verdict(found)
+    words = details(found)
     assert words.startswith("NO ANSWER: no convergence in 2 iterations")
     assert "not evidence that the target is out of reach" in words
 

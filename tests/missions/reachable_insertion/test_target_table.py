@@ -9,7 +9,7 @@ import pytest
 
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.missions.reachable_insertion import PlanStatus, Scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan import details
 from orbsoc.orbit import EARTH, Elements, elements_from_state, state_from_elements
 
 START = Elements(EARTH.earth_radius_m + 250e3, 0.001, 0.9, 1.0, 0.3, 0.2)
@@ -85,7 +85,7 @@ def test_a_hyperbola_is_asked_for_and_told_by_c3_and_v_infinity() -> None:
     angles = ANGLES | {"inc_deg": float(np.rad2deg(0.9)), "argp_deg": float(np.rad2deg(0.6))}
     found = plan(scenario({**shape, **angles}, vehicle=strong, burn={"duration_s": 120.0}))
     assert found.status is PlanStatus.VERIFIED
-    assert "a hyperbola of C3 1.0000 km²/s² (v∞ 1000.0 m/s), perigee 260.00 km" in verdict(found)
+    assert "a hyperbola of C3 1.0000 km²/s² (v∞ 1000.0 m/s), perigee 260.00 km" in details(found)
     orbit = found.to_dict()["orbit"]
     assert orbit["apogee_height_km"] is None
     assert orbit["c3_km2_s2"] == pytest.approx(1.0, rel=1e-6)

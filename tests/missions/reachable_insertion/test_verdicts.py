@@ -15,13 +15,14 @@ from orbsoc.guidance.mission import Agreement
 from orbsoc.guidance.scp import Rules
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, load_scenario, plan
 from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
-from orbsoc.missions.reachable_insertion.plan.claims import Claim
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict
-from orbsoc.missions.reachable_insertion.search.quick_turn import quickened
+from orbsoc.missions.reachable_insertion.plan import details
+from orbsoc.missions.reachable_insertion.search.run import Claim, Search, Strategy
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
-from orbsoc.missions.reachable_insertion.search.start_search import Search
+from orbsoc.missions.reachable_insertion.search.strategies import STRATEGIES
+from orbsoc.missions.reachable_insertion.search.turning import quick_turn
 from orbsoc.missions.reachable_insertion.starts.directions import starts
 from orbsoc.missions.reachable_insertion.starts.steering_law import corrected, ends_of, steps_for
+from orbsoc.missions.reachable_insertion.targets.target_orbit import LargestOrbit
 from orbsoc.orbit import CanonicalUnits, propagate_burn
 from orbsoc.solving.solver import solve
 
@@ -81,7 +82,7 @@ def test_orbits_are_lowered_in_the_known_time(case: str, burn_s: float) -> None:
     assert found.status is PlanStatus.VERIFIED
     assert found.time_of_flight_s == pytest.approx(burn_s, abs=0.002)
     assert found.later is not None
-    assert "--set burn.ignition=free" in verdict(found)
+    assert "--set burn.ignition=free" in details(found)
 
 
 def test_a_vehicle_on_its_target_orbit_gets_a_plan_of_no_burn() -> None:
@@ -100,41 +101,41 @@ def test_a_plane_change_whose_shortest_burn_reverses_turns_as_fast_as_the_grid_f
     assert 76.43 < found.time_of_flight_s < 76.6  # 16 °/s of limits.attitude_rate_deg_s take 76.618 s
     assert found.verification is not None
     peak = f"{np.rad2deg(found.verification.peak_rate_rad_s):.4g} °/s"
-    assert f"turns at up to {peak}, about as fast as a grid of 48 nodes follows; the shortest one" in verdict(
+    assert f"turns at up to {peak}, about as fast as a grid of 48 nodes follows; the shortest one" in details(
         found
     )
     assert found.later is not None
     assert found.later.burn_s < 67.6
-    assert "max_nodes" not in verdict(found)
+    assert "max_nodes" not in details(found)
 
 
 def test_the_faster_turn_is_added_to_what_was_found_and_an_interruption_keeps_that() -> None:
     coarse = scenario("3 degrees of plane near the node").with_changes(method={"max_nodes": 18})
-    ready, search = InsertionSetup.of(coarse), Search(solve, Rules())
-    found = search.run(ready)
-    assert found.best is not None
-    assert found.best.claim is Claim.SMOOTH_TURN
-    smooth, stages = found.iterate.trajectory.duration, list(found.stages)
+    setup, search = InsertionSetup.of(coarse), Search(solve, Rules())
+    smooth = search.run(setup, STRATEGIES[:-1])
+    assert smooth.claim is Claim.SMOOTH_TURN
 
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    quickened(replace(search, callback=interrupted), found)
-    assert found.status is PlanStatus.INTERRUPTED
-    assert found.iterate.trajectory.duration == smooth
-    assert found.stages[-1] is found.best
-    found.interrupted = ""
-    quickened(search, found)
-    assert found.verified
-    assert found.iterate.trajectory.duration < 0.97 * smooth  # 79.13 and 82.71 s
-    assert found.stages[-1] is found.best
-    assert all(any(each is kept for kept in found.stages) for each in stages)
+    last = replace(
+        STRATEGIES[-1], run=lambda _, result: quick_turn(replace(search, callback=interrupted), result)
+    )
+    known = Strategy("what is known", lambda _: True, lambda *_: iter(smooth.attempts), frozenset(Claim))
+    stopped = search.run(setup, [known, last])
+    assert stopped.status is PlanStatus.INTERRUPTED
+    assert stopped.best is smooth.best
+    faster = search.run(setup, [known, STRATEGIES[-1]])
+    assert faster.verified
+    assert faster.claim is Claim.FAST_TURN
+    assert faster.time_of_flight_s < 0.97 * smooth.time_of_flight_s  # 79.13 and 82.71 s
+    assert faster.attempts[: len(smooth.attempts)] == smooth.attempts
 
 
 def test_a_target_that_no_present_burn_reaches_is_not_found_and_names_the_coast_that_does() -> None:
     found = plan(scenario("out of reach unless it waits"))
     assert found.status is PlanStatus.NOT_FOUND
-    words = verdict(found)
+    words = details(found)
     assert words.startswith("NOT FOUND: ")
     assert "from 6 starts" in words
     assert "--set burn.ignition=free" in words
@@ -169,7 +170,7 @@ def test_missions_that_are_feasible_by_construction_are_verified_with_a_burn_no_
     made = mission(2026, number)
     assert made.kind == KINDS[number % 10]
     found = plan(made.scenario)
-    assert found.status is PlanStatus.VERIFIED, verdict(found)
+    assert found.status is PlanStatus.VERIFIED, details(found)
     assert found.time_of_flight_s <= 1.001 * made.burn_s
 
 
@@ -186,8 +187,10 @@ def test_no_bound_proves_a_mission_infeasible_that_is_feasible_by_construction(n
     made = mission(7, number)
     ready = InsertionSetup.of(made.scenario)
     duration = made.burn_s / ready.units.time_s
-    assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True) is None
-    assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=False) is None
+    assert proof_of_infeasibility(ready.burn, ready.target, duration) is None
+    state = CanonicalUnits.of().state_from_si(made.scenario.launch_inertial(made.scenario.target))
+    largest = LargestOrbit.about(state, 0.0, is_direction_free=False)
+    assert proof_of_infeasibility(ready.burn, largest, duration) is None
 
 
 def laws() -> list[tuple[Mission, InsertionSetup]]:
@@ -201,6 +204,7 @@ def test_corrected_laws_end_on_the_orbit_by_an_independent_integrator(
 ) -> None:
     start = next(starts(ready.burn, ready.target))
     assert start.reaches
+    assert start.law is not None
     law, duration_s = start.law, start.law.duration * ready.units.time_s
     end = propagate_burn(
         ready.start_si,
@@ -217,6 +221,7 @@ def test_corrected_laws_end_on_the_orbit_by_an_independent_integrator(
 def test_a_correction_changes_only_the_direction_of_a_law_and_meets_a_fixed_duration() -> None:
     _, ready = laws()[0]
     start = next(starts(ready.burn, ready.target))
+    assert start.law is not None
     law, miss = corrected(ready.burn, ready.target, start.law.of_degree(2), free_duration=False)
     assert miss < 1e-9
     assert law.duration == start.law.duration

@@ -8,18 +8,17 @@ from math import degrees
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from orbsoc.guidance.scenario_file import Complaint, ScenarioError, T, Table, checked, refuse
+from orbsoc.guidance.scenario_file import ScenarioError, T, Table, checked, refuse, refused
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, Elements, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH, relative_state
 
 from .checks import vehicle_complaints
 from .table import Orbit
 
-Array = NDArray[np.float64]
 AXES = ("RTN", "LVLH")
 DATED = ("epoch_utc", "frame", "source")
 """Keys beside the mission's own once a table with a date is read."""
@@ -28,14 +27,8 @@ CIRCULAR = 1e-12
 ROUND = 2e-3
 """Eccentricity up to which a target's orbit is taken for the circle of its semi-major axis: 3 e is below a percent too."""
 
-LeftOut = Annotated[
-    float | None,
-    Field(
-        ge=0.0,
-        le=ROUND,
-        description="eccentricity of the target that the circle leaves out; written when it is read",
-    ),
-]
+_LEFT_OUT = "eccentricity of the target that the circle leaves out; written when it is read"
+LeftOut = Annotated[float | None, Field(ge=0.0, le=ROUND, description=_LEFT_OUT)]
 """Of a key `ecc_left_out` of a mission that counts about a circular orbit."""
 
 
@@ -56,8 +49,8 @@ def read_table(name: str, kind: type[T], table: Mapping[str, Any]) -> T:
     try:
         return getattr(checked(holder, {name: dict(table)}, source=name), name)  # type: ignore[no-any-return]
     except ScenarioError as error:
-        refuse(error.complaints)
-        raise
+        first = error.complaints[0]
+        raise refused(first.key, first.value, first.allowed) from error
 
 
 def named_orbit(name: str, table: Mapping[str, Any], own: Sequence[str]) -> Orbit | None:
@@ -67,9 +60,9 @@ def named_orbit(name: str, table: Mapping[str, Any], own: Sequence[str]) -> Orbi
     if not others:
         if "epoch_utc" in given and given.get("frame") != "TEME":
             allowed = "with a date must be 'TEME', or the orbit by state, all elements, tle, omm or oem"
-            refuse([Complaint(f"{name}.frame", repr(given.get("frame")), allowed)])
+            raise refused(f"{name}.frame", repr(given.get("frame")), allowed)
         if "epoch_utc" not in given and "frame" in given:
-            refuse([Complaint(f"{name}.epoch_utc", "nothing", "is missing; frame needs a date")])
+            raise refused(f"{name}.epoch_utc", "nothing", "is missing; frame needs a date")
         return None
     found = read_table(name, Orbit, given)
     refuse(vehicle_complaints(name, found))
@@ -84,7 +77,7 @@ def polar_elements(name: str, orbit: Orbit) -> Elements:
     state = orbit.vector_in("TEME" if orbit.dated else None, orbit.epoch)
     found = elements_from_state(state[:3], state[3:])
     if found.ecc >= 1.0:
-        refuse([Complaint(name, f"e = {found.ecc:g}", "a target on no closed orbit; must be e < 1")])
+        raise refused(name, f"e = {found.ecc:g}", "a target on no closed orbit; must be e < 1")
     if found.ecc >= CIRCULAR:
         return found
     place = float((found.argp_rad + found.true_anomaly_rad) % (2.0 * np.pi))
@@ -99,7 +92,7 @@ def circle_keys(name: str, orbit: Orbit) -> dict[str, Any]:
     at = polar_elements(name, orbit)
     if at.ecc > ROUND:
         allowed = f"the motion is that about a circular orbit; must be at most {ROUND:g}"
-        refuse([Complaint(name, f"e = {at.ecc:.6g}", allowed)])
+        raise refused(name, f"e = {at.ecc:.6g}", allowed)
     return {
         "altitude_km": height_km(at),
         "inc_deg": degrees(at.inc_rad),
@@ -154,7 +147,7 @@ def start_beside(
     if orbit.epoch != date:
         there = "none" if date is None else date.isoformat()
         allowed = f"must be the target's date, {there}; or give position_m with frame = 'RTN' or 'LVLH'"
-        refuse([Complaint(f"{name}.epoch_utc", str(orbit.epoch_utc), allowed)])
+        raise refused(f"{name}.epoch_utc", str(orbit.epoch_utc), allowed)
     return np.asarray(relative_state(target, orbit.vector_in("TEME" if date else None, date)))
 
 

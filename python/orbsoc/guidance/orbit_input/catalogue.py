@@ -13,15 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import KroghInterpolator
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.reference_frames import FRAMES, FrameName
 
 if TYPE_CHECKING:
     from sgp4.api import Satrec
-
-Array = NDArray[np.float64]
 
 NEAREST = 6
 """States of an ephemeris that an interpolation takes: a Hermite polynomial of degree 11 in position and velocity."""

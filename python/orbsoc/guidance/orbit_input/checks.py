@@ -10,7 +10,7 @@ from orbsoc.guidance.scenario_file import Complaint
 from orbsoc.guidance.vehicle import State, state_complaints
 from orbsoc.orbit import EARTH
 
-from .elements import ANGLES, ANOMALIES, SHAPE, SIZES
+from .elements import ANGLES, ANOMALIES, ELEMENTS, SHAPE, SIZES
 from .table import FORMS, STATE, Orbit
 
 LEAST_C3 = 1e-6
@@ -29,7 +29,7 @@ def orbit_complaints(key: str, orbit: Orbit, *, beside: Sequence[str] = ()) -> I
     if states:
         yield from beside_a_state(key, orbit, states, beside)
         return
-    if not given_keys(orbit, (*SHAPE, *ANGLES, *ANOMALIES)):
+    if not given_keys(orbit, ELEMENTS):
         yield Complaint(key, "", f"is missing what names an orbit; must be {FORMS}")
         return
     yield from shape_count_complaints(key, orbit)
@@ -67,7 +67,7 @@ def beside_a_state(
     key: str, orbit: Orbit, states: Sequence[str], beside: Sequence[str] = ()
 ) -> Iterator[Complaint]:
     """Half a state, or elements beside one."""
-    extra = [each for each in given_keys(orbit, (*SHAPE, *ANGLES, *ANOMALIES)) if each not in beside]
+    extra = [each for each in given_keys(orbit, ELEMENTS) if each not in beside]
     if extra:
         allowed = "there is a state already; must be one of the two"
         yield Complaint(f"{key}.{extra[0]}", f"{getattr(orbit, extra[0])}", allowed)

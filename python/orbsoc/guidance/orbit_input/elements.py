@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi, radians
+from typing import Any
 
 import numpy as np
 
 from orbsoc.orbit import EARTH, ConstantsSet, Elements
 from orbsoc.orbit.anomalies import true_from_eccentric, true_from_mean
 
-Keys = Mapping[str, float | None]
-"""Numbers of an orbit table by key, those that are not given as None."""
+Keys = Mapping[str, Any]
+"""An orbit table by key, numbers that are not given as None."""
 
 SHAPE = (
     "sma_km", "ecc", "perigee_height_km", "apogee_height_km", "c3_km2_s2", "v_infinity_m_s", "mean_motion_rad_s",
@@ -21,15 +22,16 @@ SIZES = ("sma_km", "c3_km2_s2", "v_infinity_m_s", "mean_motion_rad_s", "period_s
 """Keys that give the energy: one of them at most."""
 ANGLES = ("inc_deg", "raan_deg", "argp_deg")
 ANOMALIES = ("true_anomaly_deg", "mean_anomaly_deg", "eccentric_anomaly_deg", "latitude_argument_deg")
+ELEMENTS = (*SHAPE, *ANGLES, *ANOMALIES)
 
 
 def semi_major_axis_m(keys: Keys, constants: ConstantsSet = EARTH) -> float | None:
     """From the key that gives the energy, if one does."""
     mu = constants.mu_m3_s2
     if (speed_m_s := keys.get("v_infinity_m_s")) is not None:
-        return -mu / speed_m_s**2
+        return float(-mu / speed_m_s**2)
     if (c3_km2_s2 := keys.get("c3_km2_s2")) is not None:
-        return -mu / (1e6 * c3_km2_s2)
+        return float(-mu / (1e6 * c3_km2_s2))
     if (motion := keys.get("mean_motion_rad_s")) is not None:
         return float(np.cbrt(mu / motion**2))
     if (period_s := keys.get("period_s")) is not None:
@@ -40,25 +42,20 @@ def semi_major_axis_m(keys: Keys, constants: ConstantsSet = EARTH) -> float | No
 
 def shape(keys: Keys, constants: ConstantsSet = EARTH) -> tuple[float, float]:
     """Semi-major axis (m) and eccentricity from the two keys that are given."""
-    ground = constants.earth_radius_m
+
+    def radius(key: str) -> Any:
+        return None if keys.get(key) is None else constants.earth_radius_m + 1e3 * keys[key]
+
     sma, ecc = semi_major_axis_m(keys, constants), keys.get("ecc")
-    perigee, apogee = (
-        None if height is None else ground + 1e3 * height
-        for height in (keys.get("perigee_height_km"), keys.get("apogee_height_km"))
-    )
-    if sma is not None and ecc is not None:
-        return sma, ecc
-    if sma is not None and perigee is not None:
-        return sma, 1.0 - perigee / sma
-    if sma is not None and apogee is not None:
-        return sma, apogee / sma - 1.0
+    perigee, apogee = radius("perigee_height_km"), radius("apogee_height_km")
     if perigee is not None and apogee is not None:
         return 0.5 * (perigee + apogee), (apogee - perigee) / (apogee + perigee)
-    if ecc is not None and perigee is not None:
-        return perigee / (1.0 - ecc), ecc
-    assert ecc is not None
-    assert apogee is not None
-    return apogee / (1.0 + ecc), ecc
+    if ecc is None:
+        assert sma is not None
+        return sma, apogee / sma - 1.0 if perigee is None else 1.0 - perigee / sma
+    if sma is None:
+        sma = apogee / (1.0 + ecc) if perigee is None else perigee / (1.0 - ecc)
+    return sma, ecc
 
 
 def elements_of(keys: Keys, constants: ConstantsSet = EARTH) -> Elements:

@@ -7,18 +7,16 @@ from datetime import datetime
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, Strict, model_validator
 
-from orbsoc.guidance.scenario_file import Complaint, Table, refuse
+from orbsoc.guidance.scenario_file import Table, refused
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, rotate_state, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.reference_frames import FRAMES, FrameName, frame_rotation
 
 from .catalogue import DatedState, from_oem, from_omm, from_tle, parse_utc
-from .elements import ANGLES, ANOMALIES, SHAPE, Keys, elements_of, semi_major_axis_m, shape
-
-Array = NDArray[np.float64]
+from .elements import ELEMENTS, elements_of, semi_major_axis_m, shape
 
 STATE = ("position_m", "velocity_m_s")
 FILES = ("tle", "omm", "oem")
@@ -100,19 +98,15 @@ class Orbit(Table):
 
     def elements(self) -> Elements:
         """Osculating elements, of a table that gives them."""
-        return elements_of(self.numbers())
-
-    def numbers(self) -> Keys:
-        """The keys of elements, those that are not given as None."""
-        return {key: getattr(self, key) for key in (*SHAPE, *ANGLES, *ANOMALIES)}
+        return elements_of(dict(self))
 
     def semi_major_axis_m(self, constants: ConstantsSet = EARTH) -> float | None:
         """From the key that gives the energy, if one does."""
-        return semi_major_axis_m(self.numbers(), constants)
+        return semi_major_axis_m(dict(self), constants)
 
     def shape(self) -> tuple[float, float]:
         """Semi-major axis (m) and eccentricity from the two keys that are given."""
-        return shape(self.numbers())
+        return shape(dict(self))
 
 
 def as_state(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -125,28 +119,20 @@ def as_state(given: Mapping[str, Any]) -> dict[str, Any]:
         try:
             parse_utc(epoch)
         except ValueError:
-            refuse([Complaint(".epoch_utc", repr(epoch), "must be a date and time, as 2026-03-01T12:00:00Z")])
+            words = "must be a date and time, as 2026-03-01T12:00:00Z"
+            raise refused(".epoch_utc", repr(epoch), words) from None
     named = [key for key in FILES if keys.get(key) is not None]
     if not named:
         return keys
     key, value = named[0], keys[named[0]]
-    others = [
-        each for each in (*STATE, *SHAPE, *ANGLES, *ANOMALIES, *named[1:]) if keys.get(each) is not None
-    ]
-    if others:
-        refuse(
-            [
-                Complaint(
-                    f".{others[0]}",
-                    str(keys[others[0]]),
-                    f"{key} gives the orbit already; must be one of the two",
-                )
-            ]
-        )
+    for each in (*STATE, *ELEMENTS, *named[1:]):
+        if keys.get(each) is not None:
+            words = f"{key} gives the orbit already; must be one of the two"
+            raise refused(f".{each}", str(keys[each]), words)
     if key != "oem" and epoch is not None:
-        refuse([Complaint(".epoch_utc", repr(epoch), f"{key} has an epoch of its own; leave this out")])
+        raise refused(".epoch_utc", repr(epoch), f"{key} has an epoch of its own; leave this out")
     if key == "oem" and not isinstance(epoch, str):
-        refuse([Complaint(".epoch_utc", "nothing", "is missing, and oem needs an instant inside its span")])
+        raise refused(".epoch_utc", "nothing", "is missing, and oem needs an instant inside its span")
     frame = keys.get("frame") or "EME2000"
     if frame not in FRAMES:
         return keys  # the field refuses it
@@ -154,8 +140,7 @@ def as_state(given: Mapping[str, Any]) -> dict[str, Any]:
         found = _read_from(key, value, epoch)
     except (ValueError, OSError, TypeError) as error:
         shown = "two lines" if key == "tle" else repr(value)
-        refuse([Complaint(f".{key}", shown, f"cannot be read: {error}")])
-        return keys
+        raise refused(f".{key}", shown, f"cannot be read: {error}") from error
     state = rotate_state(frame_rotation(found.frame, found.epoch, frame), found.vector)
     for each in FILES:
         keys.pop(each, None)

@@ -132,6 +132,7 @@ def _audits(plan: FlyAround, found: Checked) -> dict[str, Any]:
             "orbits": ORBITS,
             "least_m": out.distance_m,
             "after_pulse": out.number,
+            "at_least_m": min(each.at_least_m or 0.0 for each in found.engine_out),
             "least_for_all_time_m": ever.all_time_m,
             "inner_radius_m": inner_radius_m(plan.scenario),
             "pulses": [each.to_dict() for each in found.engine_out],
@@ -139,6 +140,7 @@ def _audits(plan: FlyAround, found: Checked) -> dict[str, Any]:
         "cut_burns": {
             "orbits": ORBITS,
             "least_m": cut.distance_m,
+            "at_least_m": min(each.at_least_m or 0.0 for each in found.cut_burns),
             "pulse": cut.number,
             "fraction": cut.fraction,
             "pulses": [each.to_dict() for each in found.cut_burns],
@@ -154,6 +156,7 @@ def _verification(found: Checked) -> dict[str, Any]:
         "failures": list(found.failures),
         "forces": ["point mass", "J2", "drag"],
         "largest_error_m": found.largest_error_m,
+        "linear_error_at_most_m": found.at_most_m,
         "delta_v_m_s": float(truth.totals_m_s[0]),
         "error_difference_m": found.largest_error_m - model.largest_error_m,
         "delta_v_difference_m_s": float(truth.totals_m_s[0]) - model.programme.total_m_s,

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.chaser_messages import chaser_messages
-from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.impulses import KICK, ImpulseProgramme
 from orbsoc.guidance.relative_flight import fly
-from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_clearance, states_after
+from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_least, states_after
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
@@ -158,8 +158,11 @@ class EngineOut:
     time_s: float
     distance_m: float
     after_s: float
+    at_least_m: float | None
+    """What no distance is below, by the linear model."""
     all_time_m: float
     """For all time, by the linear model."""
+    all_time_at_least_m: float | None
 
     def to_dict(self) -> dict[str, Any]:
         """A row of `audits` in plan.json."""
@@ -175,11 +178,14 @@ def engine_out(scenario: Scenario, flown: Flown) -> tuple[EngineOut, ...]:
     """Each pulse as the last, by the linear model without the disturbance; zero pulses are none."""
     motion, programme = scenario.motion, flown.programme
     states = states_after(programme, flown.before[0], motion, float(programme.times_s[0]))
-    soon = drift_clearance(states, motion.mean_motion_rad_s, ORBITS * motion.period_s)
-    ever = drift_clearance(states, motion.mean_motion_rad_s)
-    rows = zip(programme.times_s, soon.distance_m, soon.at_s, ever.distance_m, strict=True)
-    fired = [row for row, worth in zip(rows, _counted(programme), strict=True) if worth]
-    return tuple(EngineOut(k, *(float(each) for each in row)) for k, row in enumerate(fired, 1))
+    n = motion.mean_motion_rad_s
+    rows: list[EngineOut] = []
+    for at, state, worth in zip(programme.times_s.tolist(), states, _counted(programme), strict=True):
+        if worth:
+            soon, ever = drift_least(state, n, ORBITS * motion.period_s), drift_least(state, n)
+            found = soon.distance_m, soon.after_s, soon.at_least_m, ever.distance_m, ever.at_least_m
+            rows.append(EngineOut(len(rows) + 1, at, *found))
+    return tuple(rows)
 
 
 def cut_burns(scenario: Scenario, flown: Flown) -> tuple[CutBurn, ...]:
@@ -215,6 +221,8 @@ class Checked:
     engine_out: tuple[EngineOut, ...]
     cut_burns: tuple[CutBurn, ...]
     failures: tuple[str, ...]
+    at_most_m: float
+    """Above the distance from the path all along, by the linear model."""
 
     @property
     def largest_error_m(self) -> float:
@@ -240,8 +248,11 @@ def check(scenario: Scenario, flown: Flown, truth: TrueFlight | None = None) -> 
     """Judge a programme by its flight with J2 and drag, `truth` where it is flown already, and look at what may go wrong."""
     truth = truth or fly_truth(scenario, flown)
     failures = []
+    ends = np.append(flown.programme.times_s, flown.end_s)
+    arcs = zip(flown.before, flown.programme.dv_m_s, ends, np.diff(ends), strict=False)
+    at_most = max(scenario.flight.error_at_most(each + KICK @ dv, *at) for each, dv, *at in arcs)
     for error, allowed, by in (
-        (flown.largest_error_m, scenario.tolerance_m + ROUNDED_M, "by the linear model"),
+        (at_most, scenario.tolerance_m + ROUNDED_M, "by the linear model"),
         (float(truth.largest_errors_m[0]), scenario.allowed_m, "with J2 and drag"),
     ):
         if not error <= allowed:
@@ -258,6 +269,7 @@ def check(scenario: Scenario, flown: Flown, truth: TrueFlight | None = None) -> 
         engine_out(scenario, flown),
         cut_burns(scenario, flown),
         tuple(failures),
+        at_most,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,14 @@ from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import INSTANTS, ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
-from orbsoc.guidance.verdict import WIDTH, Question, Verdict, VerdictLine, Word, shortened
+from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
 from .figures import draw_figures
 from .model.problem import CAPTURE
 from .planner import ApproachPlan, judged, made
 from .record import messages, plan_document
 from .scenario import Scenario
+from .search.impossible import APART_S, LARGEST_M_S
 from .verification import LIMIT_M
 
 WORTH_WAITING = 0.95
@@ -88,7 +89,7 @@ def _answer(plan: Plan) -> VerdictLine:
     if found is None or plan.programme is None:
         claim = None
         if plan.status is PlanStatus.INFEASIBLE:
-            claim = Claim(Kind.PROVED, "no programme", _class(plan), "an infeasibility certificate")
+            claim = Claim(Kind.PROVED, "no programme", _class(plan), _proof(plan))
         return VerdictLine(Question.ANSWER, word, shortened(plan.message), claim=claim)
     if plan.status is PlanStatus.VERIFIED:
         spent = plan.programme.words
@@ -96,10 +97,11 @@ def _answer(plan: Plan) -> VerdictLine:
             spent = spent.replace(
                 f"{plan.programme.total_m_s:.4f} m/s", f"{plan.cost:.4f} m/s along the axes"
             )
-        return VerdictLine(Question.ANSWER, word, spent, evidence="flown by DOP853")
+        figure = f"{spent}; flown {found.terminal_position_m:.0e} m off"
+        return VerdictLine(Question.ANSWER, word, figure, f"{LIMIT_M:g} m")
     first, *others = (*found.failures, "it is not as safe as was asked for")
     more = f"{len(others) - 1} more" if len(others) > 1 else ""
-    return VerdictLine(Question.ANSWER, word, shortened(first, 60), evidence=more)
+    return VerdictLine(Question.ANSWER, word, shortened(first), evidence=more)
 
 
 def _option(plan: Plan) -> VerdictLine | None:
@@ -113,8 +115,10 @@ def _option(plan: Plan) -> VerdictLine | None:
     if best is None or not best.cost < WORTH_WAITING * plan.cost:
         return None
     less = f"{best.cost:.4f} m/s (−{100.0 * (1.0 - best.cost / plan.cost):.0f} %)"
-    figure = f"an approach of {best.duration_s:.0f} s takes {less}: --set duration_s={best.duration_s:.0f}"
-    return VerdictLine(Question.OPTION, Word.CHEAPER, figure)
+    figure = f"an approach of {best.duration_s:.0f} s takes {less}"
+    return VerdictLine(
+        Question.OPTION, Word.CHEAPER, figure, settings={"duration_s": f"{best.duration_s:.0f}"}
+    )
 
 
 def _optimum(plan: Plan) -> VerdictLine | None:
@@ -155,8 +159,24 @@ def _optimum(plan: Plan) -> VerdictLine | None:
 
 def _class(plan: Plan) -> str:
     """Of which programmes a bound of the plan's problem speaks."""
-    times = "any times" if plan.timed is not None and plan.timed.primer is not None else "these times"
+    timed = plan.timed
+    times = "any times" if timed is not None and timed.primer is not None else "these times"
+    if timed is not None and timed.nowhere is not None:
+        generated = plan.scenario.impulses.timing == "generated"
+        others = "others at any times" if generated else "others equally spaced after it"
+        times = (
+            f"0 s and, the second, any time more than {APART_S:g} s from the first and from the end, {others},"
+            f" no component above {LARGEST_M_S:g} m/s"
+        )
     return f"impulses at {times}, by the linear model with every condition of the scenario"
+
+
+def _proof(plan: Plan) -> str:
+    """Of what is infeasible."""
+    found = None if plan.timed is None else plan.timed.nowhere
+    if found is None:
+        return "an infeasibility certificate"
+    return f"certificates for all of {found.pieces} pieces of the interval, {found.solves} conic problems"
 
 
 def _safety(plan: Plan) -> VerdictLine | None:
@@ -168,7 +188,10 @@ def _safety(plan: Plan) -> VerdictLine | None:
         return VerdictLine(Question.SAFETY, Word.NOT_ASKED, "keep_out_m = 0")
     whole = min(found.cuts, key=lambda each: each.completed_m)
     cut = min(found.cuts, key=lambda each: each.distance_m)
-    figure, limit = f"{whole.completed_m:.2f} m after burn {whole.number}", f"{plan.scenario.keep_out_m:g} m"
+    figure, limit = (
+        f"{whole.completed_m:.2f} m after burn {whole.number}",
+        f"≥ {plan.scenario.keep_out_m:g} m",
+    )
     if not plan.approach.circular:
         figure += " in an orbit"
     if found.cuts_within_orbits:
@@ -181,12 +204,11 @@ def _safety(plan: Plan) -> VerdictLine | None:
         return VerdictLine(Question.SAFETY, Word.NOT_SAFE, str(broken[0]))
     stronger = []
     if not plan.safe_when_cut:
-        stronger.append(f"{'later' if orbits else f'burn {cut.number} cut'} {cut.distance_m:.1f} m")
+        stronger.append(f"{'later' if orbits else f'burn {cut.number} cut short'} {cut.distance_m:.1f} m")
     if plan.nearest_with_j2_m < plan.scenario.keep_out_m - LIMIT_M:
-        stronger.append(f"J2 {plan.nearest_with_j2_m:.1f} m")
+        stronger.append(f"with J2 {plan.nearest_with_j2_m:.1f} m")
     word = Word.NOT_SAFE if not plan.safety_kept else Word.PARTLY if stronger or not plan.safe else Word.SAFE
-    line = VerdictLine(Question.SAFETY, word, figure, limit, ", ".join(stronger))
-    return line if len(str(line)) <= WIDTH else replace(line, evidence=stronger[0])
+    return VerdictLine(Question.SAFETY, word, figure, limit, ", ".join(stronger))
 
 
 def _flights(plan: Plan) -> VerdictLine | None:

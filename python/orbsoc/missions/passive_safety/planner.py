@@ -222,21 +222,21 @@ def _message(timed: Timed) -> str:
 
 
 def _without_solution(approach: Approach, timed: Timed) -> ApproachPlan:
-    """The reason is told of the last trial that proves one, or of the one that failed.
+    """The reason is told of the trial in the middle, or of the one that failed.
 
-    Times that were scanned prove nothing of those between them: then no plan was found. Given
-    times are a proof.
+    Given times are a proof; scanned ones prove nothing of those between them, which `Timed.nowhere` does.
     """
     proofs = [trial for trial in timed.trials if trial.solution.status is Status.PRIMAL_INFEASIBLE]
     if len(proofs) == len(timed.trials):
         middle = proofs[len(proofs) // 2]
-        reason = middle.impulses.builder.why(middle.solution)
-        status, ended, message = PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE, reason
-        if approach.scenario.impulses.timing != "equal":
-            status = PlanStatus.NOT_FOUND
+        message = middle.impulses.builder.why(middle.solution)
+        status, ended = PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE
         if timed.scanned:
-            tried = f"none of {len(proofs)} times of impulse 2 will do, {timed.relaxed} searched"
-            message = f"{tried}; at {middle.second_s:.0f} s {reason}"
+            at = f"; at {middle.second_s:.0f} s {message}"
+            message = f"no time of impulse 2 will do{at}"
+            if timed.nowhere is None:
+                status = PlanStatus.NOT_FOUND
+                message = f"none of {len(proofs)} times of impulse 2 will do, {timed.relaxed} searched{at}"
     else:
         failed = next(trial for trial in timed.trials if trial not in proofs)
         status, ended = PlanStatus.FAILED, ExitReason.SUBPROBLEM_FAILED

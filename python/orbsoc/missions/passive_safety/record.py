@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import isfinite
 from typing import Any
 
@@ -66,6 +67,7 @@ def _audits(plan: ApproachPlan) -> dict[str, Any]:
     audits: dict[str, Any] = {
         "completed_burns": {
             "least_m": whole.completed_m,
+            "at_least_m": _least(cut.completed_at_least_m for cut in found.cuts),
             "margin_m": whole.completed_m - keep_out,
             "number": whole.number,
             "after_s": whole.completed_after_s,
@@ -81,12 +83,19 @@ def _cut_audit(cuts: tuple[CutBurn, ...], keep_out: float) -> dict[str, Any]:
     worst = min(cuts, key=lambda cut: cut.distance_m)
     return {
         "least_m": worst.distance_m,
+        "at_least_m": _least(cut.at_least_m for cut in cuts),
         "margin_m": worst.distance_m - keep_out,
         "number": worst.number,
         "fraction": worst.fraction,
         "after_s": worst.after_s,
         "burns": [cut.to_dict() for cut in cuts],
     }
+
+
+def _least(bounds: Iterable[float | None]) -> float | None:
+    """None where one of them is not known."""
+    found = list(bounds)
+    return None if None in found else min(each for each in found if each is not None)
 
 
 def _certificates(plan: ApproachPlan) -> dict[str, Any]:

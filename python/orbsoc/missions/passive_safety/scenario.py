@@ -141,7 +141,9 @@ class Scenario(BaseScenario):
     )
     duration_s: Positive = Field(le=1e6)
     impulses: ImpulseTimes = ImpulseTimes()
-    condition: Literal["short", "beyond", "none"]
+    condition: Literal["short", "beyond", "none"] = Field(
+        description="of the first drift, from rest on the V-bar: it ends short of the target or passes beyond; none for any other start"
+    )
     safety: Literal["cone", "samples"] = "cone"
     samples: int | None = Field(default=None, ge=8, le=1000, description="an orbit; 36")
     interruption_orbits: Literal[0, 1, 2] = 0

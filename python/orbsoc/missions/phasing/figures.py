@@ -16,7 +16,7 @@ from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
-from .model.approach import state_at
+from .model.approach import state_at, states_at
 from .planner import PhasingPlan
 from .search.descent import Descended, PhasingImpulses
 from .verification.flight import Flight
@@ -49,10 +49,7 @@ def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
     zero, scenario = plan.programme.times_s[0], plan.scenario
     hours = (flight.times_s - zero) / 3600.0
     after = flight.times_s > scenario.target.epoch_s
-    forces = scenario.forces_on(scenario.target.ballistic_m2_kg)
-    target = fast_coast(
-        [scenario.target.state], np.append(scenario.target.epoch_s, flight.times_s[after]), forces
-    )[1:, 0]
+    target = states_at(scenario, "target", flight.times_s[after])
     for states, where, colour, name in (
         (target, after, VERMILION, "target"),
         (flight.chaser, slice(None), BLUE, "chaser"),
@@ -140,7 +137,7 @@ def _front(plan: PhasingPlan, folder: Path) -> FigureFile:
                     fontsize=9,
                 )
     own = plan.scenario.window.revolutions
-    if plan.programme is not None and own not in {each.revolutions for each in points}:
+    if plan.programme is not None and own is not None and own not in {each.revolutions for each in points}:
         axes[0].plot(
             [own],
             [plan.programme.total_m_s],

@@ -8,6 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
@@ -86,7 +87,7 @@ def _answer(plan: Plan) -> VerdictLine:
     """The impulses as DOP853 flies them, or what does not hold."""
     flight, programme, word = plan.verification, plan.programme, Word[plan.status.name]
     if flight is None or programme is None:
-        return VerdictLine(Question.ANSWER, word, shortened(plan.message))
+        return VerdictLine(Question.ANSWER, word, shortened(plan.message), claim=plan.forbidden)
     spent = programme.words
     if plan.status is PlanStatus.VERIFIED:
         hours = f" over {plan.hours:.2f} h" if plan.phasing else ""
@@ -94,9 +95,7 @@ def _answer(plan: Plan) -> VerdictLine:
         return VerdictLine(Question.ANSWER, word, figure, f"{LIMIT_M:g} m")
     if flight.failures:
         more = f"{len(flight.failures) - 1} more" if len(flight.failures) > 1 else ""
-        return VerdictLine(
-            Question.ANSWER, word, shortened(f"it breaks {flight.failures[0]}", 66), evidence=more
-        )
+        return VerdictLine(Question.ANSWER, word, shortened(f"it breaks {flight.failures[0]}"), evidence=more)
     analysis = plan.analysis
     if analysis is not None and analysis.too_weak:
         figure = f"{spent} fly as impulses ({flight.miss_m:.2f} m off), not as burns"
@@ -118,18 +117,26 @@ def _option(plan: Plan) -> VerdictLine | None:
     if best is None or best.least_m_s is None or not best.least_m_s < WORTH_WAITING * programme.total_m_s:
         return None
     less = f"{best.least_m_s:.1f} m/s (−{100.0 * (1.0 - best.least_m_s / programme.total_m_s):.0f} %)"
-    figure = f"{less} in {best.duration_h:.1f} h: --set window.revolutions={best.revolutions}"
-    return VerdictLine(Question.OPTION, Word.CHEAPER, figure)
+    figure = f"{less} in {best.duration_h:.1f} h"
+    other = {"window.revolutions": str(best.revolutions)}
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings=other)
 
 
 def _optimum(plan: Plan) -> VerdictLine | None:
     """The dual bound is of the motion to first order about the plan, at its instants; None where nothing was solved."""
-    if plan.descended is None or plan.programme is None or not plan.descended.last.rounds:
+    last = plan.bounded
+    if last is None or plan.descended is None:
         return None
-    last, instants = plan.descended.last, len(plan.descended.approach.times_s)
-    figure = f"at its {instants} instants, in the motion about it, at least {last.lower_bound:.4f} m/s"
-    word = Word.BOUND if last.gap <= PROVED else Word.BEST_FOUND
-    return VerdictLine(Question.OPTIMUM, word, figure)
+    instants = len(plan.descended.approach.times_s)
+    claim = Claim(
+        Kind.BOUND if last.gap <= PROVED else Kind.BEST_FOUND,
+        f"at its {instants} instants, in the motion about it, at least {last.lower_bound:.4f} m/s",
+        f"impulses at these {instants} instants near the plan, in the motion to first order about it",
+        "the dual objective of the last conic problem, divided by its largest primer at the instants",
+        last.gap,
+    )
+    open_ = "" if claim.kind is Kind.BOUND else f"gap {last.gap:.0e}"
+    return VerdictLine.of_claim(Question.OPTIMUM, claim, evidence=open_)
 
 
 def _engine(plan: Plan) -> VerdictLine | None:

@@ -7,18 +7,21 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import sqrt
 
-from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.claims import Claim, Kind
+from orbsoc.guidance.impulses import Generated, ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve
 from orbsoc.orbit import PropagationError
 
 from .dispersion.replanning import Surprised, surprise
-from .model.approach import Approach, Roll, approach_between
-from .model.uncertain import Meeting, meeting
+from .model.approach import Approach, Roll, approach_between, departing
+from .model.uncertain import Chance, Meeting, meeting
 from .scenario import Scenario
-from .search.descent import Descended, descend, spread
+from .search.descent import PROVED, Descended, descend, spread
+from .search.drift import DriftSearch, Transfer
 from .search.first_guess import Phasing, plan_phasing, shoot
+from .search.refine import refine
 from .verification.finite import FiniteBurns, finite_burns
 from .verification.flight import Flight, fly
 
@@ -29,6 +32,8 @@ COLUMNS: Mapping[str, Column] = {
 """Columns of the iteration table that are this mission's own."""
 FAR_M = 1e3
 """By which burns may miss after two corrections and still stand for the impulses; more corrections would bring them nearer."""
+MET = 1.0 + 1e-4
+"""Of the standard deviation that a chance allows: up to where it counts as met."""
 SHORT = 1.0 / 12.0
 """Of the period: where shorter burns cannot be corrected, that is for the flight's sensitivity, and says nothing of the engine."""
 
@@ -70,8 +75,10 @@ class Analysis:
 
     @property
     def missed(self) -> bool:
-        """Whether fewer draws than were asked for come within the distance, by more than two sigmas of drawing."""
-        errors = self.approach.scenario.uncertainty
+        """Whether the chance asked for is not met: by linear covariance, or by draws, by more than two sigmas of drawing."""
+        errors, chance = self.approach.scenario.uncertainty, Chance.of(self.approach)
+        if chance is not None and chance.sigma_m(self.approach, self.roll) > MET * chance.limit_m:
+            return True
         if errors is None or errors.probability is None or not errors.runs:
             return False
         found = self.meeting
@@ -105,17 +112,28 @@ class PhasingPlan:
     status: PlanStatus
     exit_reason: ExitReason
     message: str
-    phasing: Phasing | None = None
+    phasing: Phasing | Transfer | None = None
     scheme: Roll | None = None
     descended: Descended | None = None
     programme: ImpulseProgramme | None = None
     verification: Flight | None = None
     analysis: Analysis | None = field(default=None, repr=False)
+    forbidden: Claim | None = None
+    """Why no plan exists, where that is proved."""
 
     @property
     def hours(self) -> float:
         """From the first burn that the window allows to the meeting; NaN without a guess."""
         return float("nan") if self.phasing is None else (self.phasing.end_s - self.phasing.start_s) / 3600.0
+
+    @property
+    def bounded(self) -> Generated | None:
+        """The last problem's rounds, whose bound is of this plan; None without, and where it is not about the plan: a chance
+        that is missed costs more than the plan does."""
+        last = self.descended and self.descended.last
+        if not last or not last.rounds or self.programme is None:
+            return None
+        return last if last.rounds[-1].cost <= (1.0 + PROVED) * self.programme.total_m_s else None
 
     @property
     def subproblems(self) -> tuple[Iteration, ...]:
@@ -137,6 +155,8 @@ def made(
 
 
 def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None) -> PhasingPlan:
+    if scenario.window.revolutions is None:
+        return _looked_for(scenario, solve, callback)
     phasing = plan_phasing(scenario)
     by_paper = scenario.scheme == "paper"
     approach, scheme = shoot(scenario, phasing, trim=not by_paper)
@@ -153,28 +173,70 @@ def _planned(scenario: Scenario, solve: Solve, callback: Callable[[Iteration], N
             fine,
             start,
         )
-    found = descend(fine, start, solve=solve, callback=callback)
-    outcome, message = found.outcome, found.outcome.message
+    forbidden = _forbidden(fine)
+    if forbidden is not None:
+        reason = ExitReason.SUBPROBLEM_INFEASIBLE
+        return PhasingPlan(
+            scenario, PlanStatus.INFEASIBLE, reason, forbidden.claim, phasing, scheme, forbidden=forbidden
+        )
+    return _concluded(scenario, phasing, scheme, descend(fine, start, solve=solve, callback=callback))
+
+
+def _looked_for(
+    scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None
+) -> PhasingPlan:
+    """By a search over revolutions and dates in mean elements, then in the true motion from the best of it."""
+    transfer = DriftSearch(scenario, solve).find()
+    found = None
+    if transfer is not None:
+        departed = departing(scenario, transfer.start_s, transfer.end_s)
+        found = refine(departed, transfer, solve=solve, callback=callback)
+    if found is None:
+        what = "in mean elements" if transfer is None else "near the best in mean elements"
+        message = f"no flight that meets the target was found {what}"
+        return PhasingPlan(scenario, PlanStatus.NOT_FOUND, ExitReason.MAX_ITERATIONS, message, transfer)
+    return _concluded(scenario, transfer, None, found)
+
+
+def _concluded(
+    scenario: Scenario, phasing: Phasing | Transfer | None, scheme: Roll | None, found: Descended
+) -> PhasingPlan:
+    """What a descent comes to."""
+    outcome = found.outcome
+    planned = PhasingPlan(
+        scenario, PlanStatus.NOT_FOUND, outcome.reason, outcome.message, phasing, scheme, found
+    )
     if outcome.reason is ExitReason.INTERRUPTED:
         raise KeyboardInterrupt
-    if outcome.reason is ExitReason.SUBPROBLEM_INFEASIBLE:
-        message = found.last.impulses.builder.why(found.last.solution)
-        return PhasingPlan(scenario, PlanStatus.INFEASIBLE, outcome.reason, message, phasing, scheme, found)
+    if outcome.reason is ExitReason.SUBPROBLEM_INFEASIBLE:  # about one flight: that proves nothing of others
+        why = found.last.impulses.builder.why(found.last.solution)
+        return replace(planned, message=f"flights tried: {found.flights}; {why}")
     if outcome.reason is ExitReason.SUBPROBLEM_FAILED:
-        return PhasingPlan(scenario, PlanStatus.FAILED, outcome.reason, message, phasing, scheme, found)
-    return _flown(
-        PhasingPlan(scenario, PlanStatus.NOT_VERIFIED, outcome.reason, message, phasing, scheme, found),
-        fine,
-        found.roll,
+        return replace(planned, status=PlanStatus.FAILED)
+    return _flown(planned, found.approach, found.roll)
+
+
+def _forbidden(approach: Approach) -> Claim | None:
+    """That the target's own errors forbid the chance that is asked for, whatever the chaser does."""
+    chance = Chance.of(approach)
+    if chance is None or chance.fixed_m <= chance.limit_m:
+        return None
+    alone, allowed = chance.fixed_m / 1e3, chance.limit_m / 1e3
+    return Claim(
+        Kind.PROVED,
+        f"chance of the meeting: σ of the target alone is {alone:.1f} km, {allowed:.1f} km allowed",
+        f"every programme of impulses that meets at {approach.end_s:.0f} s",
+        "linear covariance of the target alone, which no impulse changes",
+        chance.fixed_m / chance.limit_m - 1.0,
     )
 
 
 def _flown(planned: PhasingPlan, approach: Approach, roll: Roll) -> PhasingPlan:
-    """With its flight, which makes it verified where the engine can fly it and the chance that was asked for is met."""
+    """With its flight, which makes it verified where the engine can fly it and the chance that was asked for is met; how
+    near to the optimum it is does not count."""
     programme = approach.programme(roll)
-    flight, analysis = fly(planned.scenario, programme, approach.end_s), Analysis(approach, roll)
-    good = not flight.failures and planned.exit_reason is ExitReason.CONVERGED
-    good = good and not analysis.too_weak and not analysis.missed
+    flight, analysis = fly(approach.scenario, programme, approach.end_s), Analysis(approach, roll)
+    good = not flight.failures and not analysis.too_weak and not analysis.missed
     status = PlanStatus.VERIFIED if good else PlanStatus.NOT_VERIFIED
     return replace(planned, status=status, programme=programme, verification=flight, analysis=analysis)
 
@@ -182,12 +244,19 @@ def _flown(planned: PhasingPlan, approach: Approach, roll: Roll) -> PhasingPlan:
 def judged(scenario: Scenario, programme: ImpulseProgramme) -> PhasingPlan:
     """A programme made elsewhere, flown to the scenario's meeting; nothing is solved. Its times are those of the scenario, its
     velocity changes in the chaser's (R, T, N). Raises ScenarioError for an impulse outside the scenario's time."""
-    phasing = plan_phasing(scenario)
+    window = scenario.window
+    if window.revolutions is None and window.start_s is not None and window.end_s is not None:
+        departed, end_s, phasing = departing(scenario, window.start_s, window.end_s), window.end_s, None
+    else:
+        phasing = plan_phasing(scenario)
+        departed, end_s = scenario, phasing.end_s
     for t in programme.times_s[[0, -1]]:
-        if not scenario.chaser.epoch_s <= t <= phasing.end_s:
-            allowed = f"must lie within chaser.epoch_s = {scenario.chaser.epoch_s:g} and the meeting at {phasing.end_s:g}"
+        if not departed.chaser.epoch_s <= t <= end_s:
+            allowed = (
+                f"must lie within chaser.epoch_s = {departed.chaser.epoch_s:g} and the meeting at {end_s:g}"
+            )
             raise ScenarioError(scenario.name, [Complaint("impulses, time_s", f"{t:g}", allowed)])
-    flight = fly(scenario, programme, phasing.end_s)
+    flight = fly(departed, programme, end_s)
     status = PlanStatus.NOT_VERIFIED if flight.failures else PlanStatus.VERIFIED
     message = f"{len(programme)} impulses as given; nothing was solved"
     return PhasingPlan(

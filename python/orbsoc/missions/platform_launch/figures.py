@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
+from orbsoc.orbit.array import Array
 
 from .model import two_body
 from .model.transfer import Transfers, costs, in_plane
@@ -25,8 +25,6 @@ from .verification.checks import Verification
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 COST = {"squares": "Σ‖Δv‖² (m²/s²)", "norms": "Σ‖Δv‖ (m/s)"}
 APPENDIX = ("tube.png", "primer.png")
@@ -75,18 +73,14 @@ def draw_figures(plan: LaunchPlan, folder: Path) -> tuple[FigureFile, ...]:
     return tuple(written)
 
 
-def _panels(size: tuple[float, float], rows: int = 1, columns: int = 1) -> tuple[Figure, list[Axes]]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
+def _pair(height: float) -> tuple[Figure, list[Axes]]:
+    return panels((7.4, height), columns=2, share=False)
 
 
 def _panel(along: str, up: str) -> tuple[Figure, Axes]:
-    figure, panels = _panels((7.4, 3.4))
-    panels[0].set_xlabel(along)
-    panels[0].set_ylabel(up)
-    return figure, panels[0]
+    figure, (axes,) = panels((7.4, 3.4))
+    axes.set(xlabel=along, ylabel=up)
+    return figure, axes
 
 
 def _legend(axes: Axes) -> None:
@@ -113,14 +107,14 @@ def _launch(plan: LaunchPlan) -> Figure:
         ("x − x(0) (m)", moved[:, 0] - base[0], still[:, 0] - base[0]),
         ("sliding (m/s)", q[:, 7], None),
     ]
-    figure, panels = _panels((7.4, 7.2), 4, 2)
-    for axes, (label, launched, undisturbed) in zip(panels, rows, strict=True):
+    figure, all_axes = panels((7.4, 7.2), 4 * (1.0,), columns=2, share=False)
+    for axes, (label, launched, undisturbed) in zip(all_axes, rows, strict=True):
         axes.plot(times, launched, color=BLUE, label="launch")
         if undisturbed is not None:
             axes.plot(times, undisturbed, color=GREY, linestyle="--", label="no launch")
         axes.set_ylabel(label)
-    _legend(panels[0])
-    for axes in panels[-2:]:
+    _legend(all_axes[0])
+    for axes in all_axes[-2:]:
         axes.set_xlabel("time (s)")
     figure.align_ylabels()
     return figure
@@ -129,7 +123,7 @@ def _launch(plan: LaunchPlan) -> Figure:
 def _tube(plan: LaunchPlan) -> Figure:
     found = plan.separation
     bodies = two_body.integrate(found.pair, found.times())
-    figure, (left, right) = _panels((7.4, 3.2), 1, 2)
+    figure, (left, right) = _pair(3.2)
     left.plot(bodies.states[:, 3], bodies.lateral_n, color=BLUE)
     left.set_ylabel("lateral force (N)")
     right.plot(bodies.states[:, 3], bodies.couple_n_m, color=VERMILION)
@@ -142,7 +136,7 @@ def _tube(plan: LaunchPlan) -> Figure:
 
 def _rendezvous(plan: LaunchPlan, met: Rendezvous, found: Verification) -> Figure:
     scenario, flight = plan.scenario, found.as_planned.flight
-    figure, (left, right) = _panels((8.6, 4.2), 1, 2)
+    figure, (left, right) = panels((8.6, 4.2), columns=2, share=False)
     around = np.linspace(0.0, scenario.motion.period_s, 181)
     ellipse = np.array([scenario.platform_state(float(t))[:2] for t in around])
     left.plot(*ellipse.T, color=GREY, linewidth=1.0, linestyle="--", label="platform's ellipse")
@@ -156,15 +150,13 @@ def _rendezvous(plan: LaunchPlan, met: Rendezvous, found: Verification) -> Figur
                 width=0.006, zorder=3)  # fmt: skip
     left.plot([], [], color=VERMILION, label=f"Δv, largest {met.programme.largest_m_s:.3f} m/s")
     left.set_aspect("equal", adjustable="datalim")
-    left.set_xlabel("along the motion (m)")
-    left.set_ylabel("outward (m)")
+    left.set(xlabel="along the motion (m)", ylabel="outward (m)")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=4, fontsize=9)
     right.plot(flight.times_s, flight.states[:, 1], color=BLUE, label="along the motion")
     right.plot(flight.times_s, flight.states[:, 0], color=GREEN, label="outward")
     for t in times:
         right.axvline(float(t), color=VERMILION, linewidth=0.8, linestyle=":")
-    right.set_xlabel("time after the separation (s)")
-    right.set_ylabel("position (m)")
+    right.set(xlabel="time after the separation (s)", ylabel="position (m)")
     _legend(right)
     return figure
 
@@ -202,18 +194,16 @@ def _engine(plan: LaunchPlan) -> Figure:
 
 
 def _scans(plan: LaunchPlan) -> Figure:
-    figure, panels = _panels((7.4, 3.4), 1, 2)
+    figure, pair = _pair(3.4)
     marks = (plan.scenario.yaw_bias_deg, plan.scenario.phase_deg % 360.0)
-    for axes, found, mark, label in zip(
-        panels, plan.scans, marks, ("yaw bias (°)", "phase (°)"), strict=True
-    ):
+    for axes, found, mark, label in zip(pair, plan.scans, marks, ("yaw bias (°)", "phase (°)"), strict=True):
         best = f"{found.best_cost:.3f} at {found.best_deg:.1f}°"
         axes.plot(found.samples_deg, found.costs, color=BLUE, marker=".", linewidth=1.2)
         axes.plot(found.best_deg, found.best_cost, color=VERMILION, marker="o", linestyle="none", label=best)
         axes.axvline(mark, color="black", linewidth=0.9, linestyle="--", label="the plan's")
         axes.set_xlabel(label)
         _legend(axes)
-    panels[0].set_ylabel(COST[plan.scenario.rendezvous.cost])
+    pair[0].set_ylabel(COST[plan.scenario.rendezvous.cost])
     return figure
 
 
@@ -241,19 +231,17 @@ def _front(plan: LaunchPlan) -> Figure:
 
 
 def _dispersed(found: Dispersed, met: Rendezvous) -> Figure:
-    figure, (left, right) = _panels((7.4, 3.2), 1, 2)
+    figure, (left, right) = _pair(3.2)
     left.hist(found.miss_m, bins=30, color=BLUE)
     for share, style in ((0.5, ":"), (0.95, "--")):
         value = float(np.quantile(found.miss_m, share))
         left.axvline(value, color=VERMILION, linestyle=style, label=f"{100 * share:.0f} %: {value:.1f} m")
-    left.set_xlabel("missed by (m)")
-    left.set_ylabel("flights")
+    left.set(xlabel="missed by (m)", ylabel="flights")
     right.plot(found.times_s, found.costs, color=BLUE, linestyle="none", marker=".", markersize=3)
     right.plot(
         met.time_s, met.value, color="black", marker="*", markersize=12, linestyle="none", label="plan"
     )
-    right.set_xlabel("time of flight of two new impulses (s)")
-    right.set_ylabel(COST[met.cost])
+    right.set(xlabel="time of flight of two new impulses (s)", ylabel=COST[met.cost])
     for axes in (left, right):
         _legend(axes)
     return figure

@@ -5,16 +5,18 @@ The paper cuts digits off rather than round, so that a value agrees within one u
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import acos, degrees
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.samples import statistics_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scenario_file import checked, read_toml
+from orbsoc.guidance.shipped import shipped_scenarios
 
 from .model.separation import in_rotating_frame
 from .planner import LaunchPlan, made
@@ -22,21 +24,10 @@ from .scenario import Scenario, load_scenario
 from .search.rendezvous import Rendezvous
 from .verification.flights import element_rows
 
-PRINTED_N, INFERRED_N, STEP_S = 500.0, 300.0, 1.45
-"""Force of table 1; force and end with which the figures were made."""
-DATA = {
-    "platform": {
-        "columns": 3, "rows": 2, "server_length_m": 1.2, "server_cm_m": 0.6, "server_diameter_m": 0.3, "wall_m": 0.05,
-        "gap_m": 0.1, "mass_kg": 900.0, "inertia_kg_m2": 615.0, "missing": (), "thrust_n": (0.0, 0.0), "torque_n_m": 0.0,
-    },
-    "server": {"mass_kg": 300.0, "inertia_kg_m2": 36.0},
-    "orbit": {
-        "altitude_km": 400.0, "semi_minor_m": 500.0, "raan_deg": 115.0, "inc_deg": 45.0, "latitude_argument_deg": 60.0,
-        "constants": "paper",
-    },
-    "slot": (1, 2), "phase_deg": 0.0, "yaw_bias_deg": 0.0, "uncertainty": None,
-}  # fmt: skip
-"""Of table 1 and section 3."""
+PAPERS = ("paper002", "paper002_printed")
+"""Shipped: the push and its end with which the figures were made, and as table 1 prints them."""
+PRINTED_N = 500.0
+"""Force of table 1."""
 _FORCE = (
     "no stroke with 500 N fits yaw and speed of the figures together; 300 N, stopped at 1.45 s, the first step after the"
     " stroke, fits all"
@@ -48,15 +39,15 @@ _STEP = (
 
 
 def is_papers(scenario: Scenario) -> bool:
-    """Whether a scenario has the paper's data and cost, with the push as printed or as inferred."""
-    found, asked = scenario.model_dump(exclude_none=True), scenario.rendezvous
-    launch = (scenario.force_n, scenario.stop, scenario.stop_s)
-    return (
-        all(found.get(key) == value for key, value in DATA.items())
-        and (asked.cost, asked.impulses, asked.longest_orbits, asked.duration_s)
-        == ("squares", 2, 5.0, "free")
-        and launch in ((PRINTED_N, "stroke", None), (INFERRED_N, "time", STEP_S))
-    )
+    """Whether a scenario has the paper's data and cost, with the push as printed or as inferred; its name and the hold point
+    that its audits price are its own."""
+
+    def own(document: Mapping[str, Any]) -> Scenario:
+        return checked(Scenario, document, source="paper").with_changes(
+            name="paper", rendezvous={"hold_m": 50.0}
+        )
+
+    return own(scenario.model_dump()) in (own(shipped_scenarios()[name].document()) for name in PAPERS)
 
 
 def compare(plan: LaunchPlan) -> tuple[PaperRow, ...]:
@@ -96,15 +87,8 @@ def _row(quantity: str, where: str, printed: str, unit: str, ours: float, reason
     digit = 10.0**-digits
     verdict = "reproduced" if abs(ours - float(printed)) <= digit * (1.0 + 1e-9) else BROKEN
     mine = f"{ours:{'+' * printed.startswith('+')}.{digits + 1}f}"
-    return PaperRow(
-        quantity,
-        where,
-        f"{printed} {unit}".rstrip(),
-        f"{mine} {unit}".rstrip(),
-        verdict,
-        reason,
-        f"±{digit:g}",
-    )
+    theirs, mine = (f"{each} {unit}".rstrip() for each in (printed, mine))
+    return PaperRow(quantity, where, theirs, mine, verdict, reason, f"±{digit:g}")
 
 
 def _printed(plan: LaunchPlan) -> Iterator[PaperRow]:
@@ -128,9 +112,9 @@ def _launch(plan: LaunchPlan) -> Iterator[PaperRow]:
     yield _row("platform, z", "figure 3", "-0.13", "m", found["z_m"])
     yield _row("platform, vx", "figure 4", "+0.03", "m/s", found["vx_m_s"])
     yield _row("platform, vz", "figure 4", "-0.19", "m/s", found["vz_m_s"])
-    reason = f"{rotating[0]:.3f}° with the rotation of the local frame"
-    yield _row("platform, yaw", "figure 5", "+3.91", "°", found["yaw_deg"], reason)
-    reason = f"with the rotation of the local frame; without it {found['yaw_rate_deg_s']:.3f}°/s"
+    turning = "with the rotation of the local frame"
+    yield _row("platform, yaw", "figure 5", "+3.91", "°", found["yaw_deg"], f"{rotating[0]:.3f}° {turning}")
+    reason = f"{turning}; without it {found['yaw_rate_deg_s']:.3f}°/s"
     yield _row("platform, yaw rate", "figure 6", "4.29", "°/s", rotating[1], reason)
     yield _row("speed in the tube", "figure 8", "1.67", "m/s", found["slide_m_s"])
 
@@ -205,17 +189,12 @@ def _apart(value: float, other: float, key: str) -> float:
 
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario of a folder that has the paper's data; each row's quantity names its plan."""
-    rows: list[PaperRow] = []
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "platform_launch":
-            continue
-        scenario = load_scenario(path)
-        if is_papers(scenario):
-            rows += (
-                replace(row, quantity=f"{scenario.name}: {row.quantity}")
-                for row in compare(made(scenario, None, None))
-            )
-    return tuple(rows)
+    paths = [p for p in sorted(scenarios.glob("*.toml")) if read_toml(p).get("mission") == "platform_launch"]
+    return tuple(
+        replace(row, quantity=f"{scenario.name}: {row.quantity}")
+        for scenario in filter(is_papers, map(load_scenario, paths))
+        for row in compare(made(scenario, None, None))
+    )
 
 
 def samples(scenarios: Path) -> dict[str, Callable[[], tuple[PaperRow, ...]]]:

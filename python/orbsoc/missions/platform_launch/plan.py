@@ -57,11 +57,10 @@ class Plan(LaunchPlan):
         ours, theirs = self.meeting, other.meeting
         if ours is None or theirs is None:
             return ()
+        limit, bounds = 1e-5 * max(ours.value, 1e-3), abs(ours.lower_bound - theirs.lower_bound)
         found = [
-            Difference("cost", "cost", abs(ours.value - theirs.value), 1e-5 * max(ours.value, 1e-3)),
-            Difference(
-                "bound", "bound", abs(ours.lower_bound - theirs.lower_bound), 1e-5 * max(ours.value, 1e-3)
-            ),
+            Difference("cost", "cost", abs(ours.value - theirs.value), limit),
+            Difference("bound", "bound", bounds, limit),
         ]
         if ours.generated is None:
             apart = float(np.abs(ours.programme.dv_m_s - theirs.programme.dv_m_s).max())
@@ -93,7 +92,7 @@ def _answer(plan: Plan) -> VerdictLine:
         figure = f"{programme.words} over {plan.meeting.time_s:.0f} s; {missed}"
         return VerdictLine(Question.ANSWER, word, figure, f"{MISS_M:g} m")
     more = f"{len(found.failures) - 1} more" if len(found.failures) > 1 else ""
-    return VerdictLine(Question.ANSWER, word, shortened(found.failures[0], 70), evidence=more)
+    return VerdictLine(Question.ANSWER, word, shortened(found.failures[0]), evidence=more)
 
 
 def _option(plan: Plan) -> VerdictLine | None:
@@ -109,8 +108,9 @@ def _option(plan: Plan) -> VerdictLine | None:
     if not best.best_cost < WORTH_TURNING * met.value:
         return None
     less = f"{best.best_cost:.4f} {UNIT[met.cost]} (−{100.0 * (1.0 - best.best_cost / met.value):.0f} %)"
-    figure = f"two impulses of {less}: --set {key}={best.best_deg:.2f}"
-    return VerdictLine(Question.OPTION, Word.CHEAPER, figure)
+    added = "whose squares add up to" if met.cost == "squares" else "of"
+    figure = f"two impulses {added} {less}"
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings={key: f"{best.best_deg:.2f}"})
 
 
 def _optimum(plan: Plan) -> VerdictLine | None:
@@ -137,11 +137,9 @@ def _safety(plan: Plan) -> VerdictLine | None:
     if plan.meeting is None or plan.verification is None:
         return None
     near = [cut.missed_m for cut in plan.cuts]
-    figure = f"in {ORBITS:g} orbits {near[0]:.1f} m without impulse 1, {near[-1]:.1f} m without {len(near)}"
+    figure = f"nearest in {ORBITS:g} orbits {near[0]:.1f} m without impulse 1, {near[-1]:.1f} m without {len(near)}"
     held = max(each.nearest_m for each in plan.holds)
-    return VerdictLine(
-        Question.SAFETY, Word.NOT_ASKED, shortened(figure, 58), evidence=f"hold point {held:.1f} m"
-    )
+    return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=f"hold point {held:.1f} m")
 
 
 def _flights(plan: Plan) -> VerdictLine | None:
@@ -150,5 +148,7 @@ def _flights(plan: Plan) -> VerdictLine | None:
     if found is None:
         return None
     mean, p95 = found.miss_m.mean(), np.quantile(found.miss_m, 0.95)
-    figure = f"{found.miss_m.size} flights with errors end {mean:.1f} m off, 95 % within {p95:.1f} m"
+    figure = (
+        f"{found.miss_m.size} flights with errors end {mean:.1f} m off on average, 95 % within {p95:.1f} m"
+    )
     return VerdictLine(Question.FLIGHTS, Word.SAMPLED, figure)

@@ -146,11 +146,9 @@ def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration]
     if found.solution.status not in USABLE:
         message = f"the conic problem ended with {found.solution.status.name}: {found.solution.message}"
         return LaunchPlan(scenario, PlanStatus.FAILED, message, separation, None, found.subproblems)
-    verification = verify(scenario, separation, found)
-    status = PlanStatus.NOT_VERIFIED if verification.failures else PlanStatus.VERIFIED
-    return LaunchPlan(
-        scenario, status, _message(found), separation, found, found.subproblems, verification
-    )  # fmt: skip
+    flown = verify(scenario, separation, found)
+    status = PlanStatus.NOT_VERIFIED if flown.failures else PlanStatus.VERIFIED
+    return LaunchPlan(scenario, status, _message(found), separation, found, found.subproblems, flown)
 
 
 def _message(found: Rendezvous) -> str:

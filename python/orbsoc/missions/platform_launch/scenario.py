@@ -12,20 +12,18 @@ from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
 from orbsoc.guidance.orbit_input.beside import LeftOut, circle_keys, circle_words, named_orbit
-from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
+from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse, refused
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from .model.launch import LaunchError, Pair
 from .model.rack import Rack, Slot
 from .model.separation import Separation, separated
 from .model.transfer import singularity
-
-Array = NDArray[np.float64]
 
 PAPER_EARTH = ConstantsSet(
     "paper_002", 6.67e-11 * 5.965e24, 6.371e6, "table 1 of the paper: G mₑ, 3.978655e14, and the mean radius"
@@ -49,7 +47,7 @@ def _duration(value: Any) -> Any:
     number = isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < value <= LONGEST_S
     if not (number or value == "free"):
         allowed = f"must be 'free' or a time, above 0 and up to {LONGEST_S:g}"
-        refuse([Complaint("rendezvous.duration_s", repr(value), allowed)])
+        raise refused("rendezvous.duration_s", repr(value), allowed)
     return value
 
 
@@ -229,24 +227,14 @@ def _in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
         return dict(given)
     orbit = named_orbit("target", table, ())
     if orbit is None:
-        refuse(
-            [
-                Complaint(
-                    "target", repr(dict(table)), "names no orbit; must be state, elements, tle, omm or oem"
-                )
-            ]
-        )
-        return dict(given)
-    twice = [
-        key for key in ("altitude_km", "raan_deg", "inc_deg", "latitude_argument_deg") if key in orbit_table
-    ]
-    if twice:
-        allowed = "[target] gives the orbit already; must be one of the two"
-        refuse([Complaint(f"orbit.{twice[0]}", repr(orbit_table[twice[0]]), allowed)])
+        allowed = "names no orbit; must be state, elements, tle, omm or oem"
+        raise refused("target", repr(dict(table)), allowed)
+    for key in ("altitude_km", "raan_deg", "inc_deg", "latitude_argument_deg"):
+        if key in orbit_table:
+            allowed = "[target] gives the orbit already; must be one of the two"
+            raise refused(f"orbit.{key}", repr(orbit_table[key]), allowed)
     if orbit_table.get("constants", "wgs84") != "wgs84":
-        refuse(
-            [Complaint("orbit.constants", repr(orbit_table["constants"]), "with [target] must be 'wgs84'")]
-        )
+        raise refused("orbit.constants", repr(orbit_table["constants"]), "with [target] must be 'wgs84'")
     return {
         **{key: value for key, value in given.items() if key != "target"},
         "orbit": {**orbit_table, **circle_keys("target", orbit), "constants": "wgs84"},

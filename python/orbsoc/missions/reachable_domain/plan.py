@@ -11,7 +11,6 @@ import numpy as np
 
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
-from orbsoc.guidance.powered_flight import commanded
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
@@ -40,7 +39,7 @@ class Plan(PointPlan):
             "name": self.scenario.name,
             "status": self.status.value,
             "message": self.message,
-            "details": _details(self),
+            "details": f"{self.message}; this is one point of the domain, and orbsoc reach solves all points of the scenario",
             "point": {name: _plain(value) for name, value in self.point.items()},
             "verification": self.verification,
             "scp_iterations": len(self.subproblems),
@@ -53,8 +52,8 @@ class Plan(PointPlan):
         if self.programme is None:
             return {}
         times_s = np.linspace(0.0, self.scenario.burn.duration_s, SAMPLES)
-        steering = commanded(legendre_gauss(len(self.programme)), self.programme, times_s[-1])
-        vectors = np.array([steering(float(time_s), np.empty(6)) for time_s in times_s])
+        grid = legendre_gauss(len(self.programme))
+        vectors = grid.interpolate(self.programme, 2.0 * times_s / times_s[-1] - 1.0)
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         rows = (",".join(f"{value:.12g}" for value in row) for row in np.column_stack([times_s, vectors]))
         return {"attitude.csv": "\n".join(["t_s,ux,uy,uz", *rows]) + "\n"}
@@ -94,7 +93,8 @@ def _answer(plan: Plan) -> VerdictLine:
     sign = "=" if plan.scenario.perigee.condition == "equal" else "≥"
     where = f"i {found['inc_deg']:.2f}°, Ω {found['raan_deg']:.2f}°, perigee {sign} {found['perigee_bound_km']:g} km"
     if plan.status is PlanStatus.VERIFIED:
-        flown = f"flown to {found['sma_error_rel']:.0e}"
+        limit = f"{plan.scenario.verification.sma_rel:.0e}".replace("e-0", "e-")
+        flown = f"flown to {found['sma_error_rel']:.0e} ≤ {limit}"
         return VerdictLine(Question.ANSWER, word, f"a {found['a_km']:.3f} km at {where}", evidence=flown)
     short = found["tilt_deg"] - found["furthest_tilt_deg"]
     why = f"the plane is {short:.3f}° too far" if short > 0.0 else plan.message
@@ -105,14 +105,8 @@ def _optimum(plan: Plan) -> VerdictLine | None:
     """Where the plan is from; nothing is proved over all programmes."""
     if plan.status is not PlanStatus.VERIFIED:
         return None
-    figure = f"{plan.message}; {plan.point['sequence_iterations']} problems"
+    figure = f"{plan.message}; {plan.point['sequence_iterations']} conic problems"
     return VerdictLine(Question.OPTIMUM, Word.BEST_FOUND, shortened(figure))
-
-
-def _details(plan: Plan) -> str:
-    return (
-        f"{plan.message}; this is one point of the domain, and orbsoc reach solves all points of the scenario"
-    )
 
 
 def _plain(value: Any) -> Any:

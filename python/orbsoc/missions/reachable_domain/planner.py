@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import inclination_and_node
 
 from .model.direct.arcs import Arcs
@@ -29,7 +29,6 @@ from .scenario import Scenario
 from .search.continuation.domain import Domain
 from .search.continuation.table import COUNTS, FLOATS, WORDS, PointStatus, PointTable
 
-Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 """Inclination and right ascension of the node (degrees), perigee height (km)."""
 
@@ -89,31 +88,26 @@ class _Record:
         found = self.solve(problem, settings)
         self._last = (settings.tol, problem, found)
         evidence = found.certificate
-        return SolvedBatch(
-            status=np.array([found.status], dtype=object),
-            x=found.x[None],
-            y=found.y[None],
-            z=found.z[None],
-            iterations=np.array([found.iterations]),
-            residual=np.array([max(evidence.primal_residual, evidence.dual_residual, evidence.gap)]),
-        )
+        residual = np.array([max(evidence.primal_residual, evidence.dual_residual, evidence.gap)])
+        status, iterations = np.array([found.status], dtype=object), np.array([found.iterations])
+        return SolvedBatch(status, found.x[None], found.y[None], found.z[None], iterations, residual)
 
     def watch(self, moved: Arcs, change: Array) -> None:
         """Note the subproblem that led to an arc."""
         assert self._last is not None
         tolerance, problem, solution = self._last
-        ends = moved.ends
-        orbit = Orbits.of(ends, np.array([[0.0, 0.0, 1.0]]))
+        orbit = Orbits.of(moved.ends, np.array([[0.0, 0.0, 1.0]]))
         figures = {
             "nodes": moved.positions.shape[1],
             "a_km": float(orbit.sma[0]) * RADIUS_M / 1e3,
             "perigee_km": float(orbit.perigee[0] - 1.0) * RADIUS_M / 1e3,
         }
         number = len(self.iterations) + 1
-        row = Iteration(number, tolerance, problem, solution, float(change[0]), 0.0, figures)
-        self.iterations.append(row)
+        self.iterations.append(
+            Iteration(number, tolerance, problem, solution, float(change[0]), 0.0, figures)
+        )
         if self.callback is not None:
-            self.callback(row)
+            self.callback(self.iterations[-1])
 
 
 def made(

@@ -6,20 +6,20 @@ Source of the quantities: Li et al. 2025, tables 1 and 2. The paper's axes are l
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import prod
 from os import PathLike
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
-from orbsoc.guidance.powered_flight import Burn
+from orbsoc.guidance.powered_flight import Burn, commanded
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
-from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, rotate_state
-
-Array = NDArray[np.float64]
+from orbsoc.orbit import EARTH, CanonicalUnits, eci_from_launch_inertial, propagate_burn, rotate_state
+from orbsoc.orbit.array import Array
 
 MOST_POINTS = 10_000_000
 """Points of the largest grid that is taken; above, a step is in another unit."""
@@ -127,6 +127,12 @@ class Scenario(BaseScenario):
         vehicle = self.vehicle
         return Burn.of(self.initial_eci(), vehicle.thruster(), vehicle.longest_burn_s, CanonicalUnits.of())
 
+    def flown(self, programme: Array, times_s: Array) -> Array:
+        """States (K, 6), ECI, SI, at times (K,) to cut-off, of the burn that an attitude programme (N, 3) commands, by SciPy's
+        DOP853. Raises PropagationError."""
+        steering = commanded(legendre_gauss(len(programme)), programme, float(times_s[-1]))
+        return propagate_burn(self.initial_eci(), self.vehicle.thruster(), steering, times_s)
+
     @property
     def duration(self) -> float:
         """Burn time, canonical."""
@@ -140,22 +146,24 @@ def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """What contradicts physics or itself, most basic first."""
-    yield from _state_complaints(scenario)
+    if scenario.axes == "launch_inertial" and scenario.launch_site is None:
+        yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
+    yield from vehicle_complaints("initial", scenario.initial)
     vehicle, duration_s = scenario.vehicle, scenario.burn.duration_s
     if vehicle.dry_mass_kg >= vehicle.mass_kg:
-        yield Complaint(
-            "vehicle.dry_mass_kg",
-            f"{vehicle.dry_mass_kg:g}",
-            f"leaves no propellant; must be below vehicle.mass_kg = {vehicle.mass_kg:g}",
-        )
+        allowed = f"leaves no propellant; must be below vehicle.mass_kg = {vehicle.mass_kg:g}"
+        yield Complaint("vehicle.dry_mass_kg", f"{vehicle.dry_mass_kg:g}", allowed)
     elif duration_s >= vehicle.longest_burn_s:
-        yield Complaint(
-            "burn.duration_s",
-            f"{duration_s:g}",
-            f"burns more than there is; must be below {vehicle.longest_burn_s:.6g} s, when"
-            f" vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g} is left",
+        left = f"when vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g} is left"
+        allowed = f"burns more than there is; must be below {vehicle.longest_burn_s:.6g} s, {left}"
+        yield Complaint("burn.duration_s", f"{duration_s:g}", allowed)
+    lowest_km = scenario.burn.minimum_altitude_km
+    start_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
+    if lowest_km is not None and lowest_km > start_km:
+        allowed = (
+            f"the burn begins below it; must be at most {start_km:.3f}, the height of initial.position_m"
         )
-    yield from _altitude_complaints(scenario)
+        yield Complaint("burn.minimum_altitude_km", f"{lowest_km:g}", allowed)
     yield from _grid_complaints(scenario)
     edge, method = scenario.boundary, scenario.method
     if edge.most_azimuths < edge.azimuths:
@@ -166,53 +174,28 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint("method.fine_nodes", str(method.fine_nodes), allowed)
 
 
-def _state_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    if scenario.axes == "launch_inertial" and scenario.launch_site is None:
-        yield Complaint("launch_site", "", 'is missing, and axes = "launch_inertial" needs it')
-    yield from vehicle_complaints("initial", scenario.initial)
-
-
-def _altitude_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    lowest_km = scenario.burn.minimum_altitude_km
-    start_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
-    if lowest_km is not None and lowest_km > start_km:
-        yield Complaint(
-            "burn.minimum_altitude_km",
-            f"{lowest_km:g}",
-            f"the burn begins below it; must be at most {start_km:.3f}, the height of initial.position_m",
-        )
-
-
 def _grid_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    grid = scenario.grid
-    spans = {
-        "grid.inclination_deg": grid.inclination_deg,
-        "grid.raan_deg": grid.raan_deg,
-        "grid.perigee_height_km": grid.perigee_height_km,
-        "boundary.perigee_height_km": scenario.boundary.perigee_height_km,
-    }
-    points = 1
+    grid, edge = scenario.grid, scenario.boundary
+    spans = {f"grid.{key}": getattr(grid, key) for key in Grid.model_fields}
+    spans["boundary.perigee_height_km"] = edge.perigee_height_km
     for key, span in spans.items():
         if span.count == 0:
             allowed = f"makes the grid empty; must be at least first = {span.first:g}"
             if key == "grid.raan_deg" and span.last + 360.0 > span.first:
                 allowed += f" (to pass through 360, write last = {span.last + 360.0:g})"
             yield Complaint(f"{key}.last", f"{span.last:g}", allowed)
-        points *= span.count if key.startswith("grid") else 1
+    points = prod(span.count for key, span in spans.items() if key.startswith("grid"))
     if points > MOST_POINTS:
         yield Complaint("grid", f"{points} points", f"must have at most {MOST_POINTS} points")
     low, high = grid.inclination_deg.first, grid.inclination_deg.values()[-1]
     if low < 0.0 or high > 180.0:
         yield Complaint("grid.inclination_deg", f"{low:g}…{high:g}", "must lie within 0…180")
-    width = grid.raan_deg.values()[-1] - grid.raan_deg.first
+    nodes = grid.raan_deg
+    width = nodes.values()[-1] - nodes.first
     if width >= 360.0 - 1e-9:
-        yield Complaint(
-            "grid.raan_deg",
-            f"{grid.raan_deg.first:g}…{grid.raan_deg.last:g}",
-            f"spans {width:g} degrees and holds planes twice; must span less than 360 (it may pass through 360)",
-        )
+        allowed = f"spans {width:g} degrees and holds planes twice; must span less than 360 (it may pass through 360)"
+        yield Complaint("grid.raan_deg", f"{nodes.first:g}…{nodes.last:g}", allowed)
     for key in ("grid.perigee_height_km", "boundary.perigee_height_km"):
-        if spans[key].first <= 0.0:
-            yield Complaint(
-                f"{key}.first", f"{spans[key].first:g}", "lies at or below the surface; must be above 0"
-            )
+        first = spans[key].first
+        if first <= 0.0:
+            yield Complaint(f"{key}.first", f"{first:g}", "lies at or below the surface; must be above 0")

@@ -9,9 +9,10 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
-from .plan.burn_plan import Stage
-from .planner import COLUMNS, Plan, plan, reproduce
+from .plan import Plan, plan, reproduce
+from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
+from .search.run import Attempt
 from .two_burns.planner import TwoBurnPlan
 
 PAPER = "004"
@@ -20,11 +21,11 @@ __all__ = [
     "COLUMNS",
     "DISPERSION",
     "PAPER",
+    "Attempt",
     "Plan",
     "PlanStatus",
     "Scenario",
     "ScenarioError",
-    "Stage",
     "TwoBurnPlan",
     "disperse",
     "load_scenario",

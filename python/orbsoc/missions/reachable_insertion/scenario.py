@@ -6,6 +6,8 @@ Source of the quantities: Li et al. 2025, table 3.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
+from math import acos, cos, exp, inf, isfinite, sqrt
 from os import PathLike
 from typing import Any, Literal, Self
 
@@ -15,16 +17,28 @@ from pydantic import Field, model_validator
 
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
-from orbsoc.guidance.vehicle import LaunchSite, Positive, Vehicle
-from orbsoc.orbit import CanonicalUnits, eci_from_launch_inertial, rotate_state
+from orbsoc.guidance.vehicle import DRY_SHARE, LaunchSite, Positive, Vehicle
+from orbsoc.orbit import (
+    EARTH,
+    CanonicalUnits,
+    angular_momentum,
+    eci_from_launch_inertial,
+    elements_from_state,
+    rotate_state,
+)
 
-from .model.defaults import dry_mass_words, guessed_duration_s
-from .targets.table import Target, idle_target_keys, target_complaints
+from .targets.table import TargetTable, idle_target_keys, target_complaints
 from .targets.target_orbit import TargetOrbit
 
 Array = NDArray[np.float64]
 ProblemName = Literal["min_time", "max_energy"]
 PaperCase = Literal["paper004_as_printed", "paper004_zf196", "paper004_rec1", "paper004_rec2"]
+
+
+MOST_SHARE = 0.9
+"""Of the longest burn, that a guess takes at most."""
+WITHOUT_SHAPE = 0.1
+"""Of the longest burn, where the target's shape is free or an orbit is a parabola."""
 
 
 class BurnTime(Table):
@@ -59,8 +73,12 @@ class BurnTime(Table):
 class Limits(Table):
     """What the vehicle cannot do, beside its thrust and its propellant."""
 
-    attitude_rate_deg_s: Positive = Field(
-        description="fastest turn of the thrust over a burn; a slew before an ignition is not modelled"
+    attitude_rate_deg_s: Positive | None = Field(
+        default=None,
+        description="fastest turn of the thrust over a burn, any by default; a slew before an ignition is not modelled",
+    )
+    lowest_altitude_km: float = Field(
+        default=100.0, ge=0.0, le=1.0e6, description="of coasts, over the equatorial radius"
     )
 
 
@@ -99,9 +117,9 @@ class Scenario(BaseScenario):
     vehicle: Vehicle
     launch_site: LaunchSite | None = None
     initial: Orbit
-    target: Target
-    burn: BurnTime
-    limits: Limits | None = None
+    target: TargetTable
+    burn: BurnTime = BurnTime()
+    limits: Limits = Limits()
     method: Method = Method()
     verification: Verification = Verification()
 
@@ -139,7 +157,10 @@ class Scenario(BaseScenario):
 
     @property
     def idle_keys(self) -> Mapping[str, str]:
-        return idle_target_keys(self.target, self.problem)
+        found = idle_target_keys(self.target, self.problem)
+        if not self.coasts:
+            found["limits.lowest_altitude_km"] = "changes nothing: one burn from now has no coast"
+        return found
 
     def launch_inertial(self, orbit: Orbit) -> Array:
         """A state of this scenario in launch-inertial axes, [r_m, v_m_s]; in ECI where there is no launch site.
@@ -154,6 +175,11 @@ class Scenario(BaseScenario):
     def eci_rotation(self) -> Array:
         """From the axes of plans, launch-inertial or else ECI, to ECI (3, 3)."""
         return np.eye(3) if self.launch_site is None else eci_from_launch_inertial(self.launch_site.frame())
+
+    @property
+    def coasts(self) -> bool:
+        """Whether a plan may wait without thrust, before a burn or between two."""
+        return self.burn.ignition == "free" or self.burn.count == 2
 
     @property
     def plan_axes(self) -> str:
@@ -194,53 +220,96 @@ def _frame_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 def _mass_complaints(scenario: Scenario) -> Iterator[Complaint]:
     vehicle, duration_s = scenario.vehicle, scenario.burn.duration_s
+    dry_kg = f"{vehicle.dry_mass_kg:g}"
     if vehicle.dry_mass_kg >= vehicle.mass_kg:
-        yield Complaint(
-            "vehicle.dry_mass_kg",
-            f"{vehicle.dry_mass_kg:g}",
-            f"must be below vehicle.mass_kg = {vehicle.mass_kg:g}",
-        )
+        yield Complaint("vehicle.dry_mass_kg", dry_kg, f"must be below vehicle.mass_kg = {vehicle.mass_kg:g}")
     elif duration_s is not None and duration_s >= vehicle.longest_burn_s:
-        left = vehicle.mass_kg - vehicle.mass_flow_kg_s * duration_s
-        yield Complaint(
-            "burn.duration_s",
-            f"{duration_s:g}",
-            f"leaves {left:.6g} kg, not more than vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g};"
-            f" must be below {vehicle.longest_burn_s:.6g} s",
-        )
+        left = f"leaves {vehicle.mass_kg - vehicle.mass_flow_kg_s * duration_s:.6g} kg, not more than"
+        allowed = f"{left} vehicle.dry_mass_kg = {dry_kg}; must be below {vehicle.longest_burn_s:.6g} s"
+        yield Complaint("burn.duration_s", f"{duration_s:g}", allowed)
 
 
 def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
     method, target, burn = scenario.method, scenario.target, scenario.burn
-    if burn.latest_ignition_s is not None and burn.ignition == "now":
-        yield Complaint(
-            "burn.latest_ignition_s", f"{burn.latest_ignition_s:g}", 'needs burn.ignition = "free"'
-        )
-    if burn.coast_j2 and burn.ignition == "now" and burn.count == 1:
-        needs = 'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'
-        yield Complaint("burn.coast_j2", "true", needs)
-    if burn.duration_s is None and scenario.problem == "max_energy":
-        yield Complaint("burn.duration_s", "", 'is missing, and problem = "max_energy" needs it')
-    if burn.longest_coast_s is not None and burn.count == 1:
-        yield Complaint("burn.longest_coast_s", f"{burn.longest_coast_s:g}", "needs burn.count = 2")
-    if burn.count == 2 and scenario.problem != "min_time":
-        yield Complaint("burn.count", "2", f"problem = {scenario.problem!r} has one burn; must be 1")
-    if burn.ignition == "free" and scenario.problem != "min_time":
-        yield Complaint(
-            "burn.ignition", "'free'", f"problem = {scenario.problem!r} ignites now; must be 'now'"
-        )
-    if method.max_nodes < method.nodes:
-        yield Complaint(
-            "method.max_nodes", str(method.max_nodes), f"must be at least method.nodes = {method.nodes}"
-        )
-    if scenario.problem != "max_energy":
-        return
-    if target.perigee_height_km is None:
-        yield Complaint("target.perigee_height_km", "", 'is missing, and problem = "max_energy" needs it')
-    orbit = TargetOrbit.through(CanonicalUnits.of().state_from_si(target.vector()))
-    if target.perigee_direction == "fixed" and orbit.is_circular:
-        yield Complaint(
-            "target.perigee_direction",
-            "'fixed'",
-            "the target orbit is circular and has no perigee direction; must be 'free'",
-        )
+    now, largest, problem = (
+        burn.ignition == "now",
+        scenario.problem == "max_energy",
+        f"problem = {scenario.problem!r}",
+    )
+    lowest_km, missing = scenario.limits.lowest_altitude_km, 'is missing, and problem = "max_energy" needs it'
+    altitude_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
+    is_circular = (
+        largest
+        and target.perigee_direction == "fixed"
+        and TargetOrbit.through(CanonicalUnits.of().state_from_si(target.vector())).is_circular
+    )
+    rules: tuple[tuple[bool, str, object, str], ...] = (
+        (not now and altitude_km < lowest_km, "limits.lowest_altitude_km", lowest_km,
+         f'with burn.ignition = "free" must be at most {altitude_km:.6g}, the altitude of [initial]'),
+        (burn.latest_ignition_s is not None and now, "burn.latest_ignition_s", burn.latest_ignition_s,
+         'needs burn.ignition = "free"'),
+        (burn.coast_j2 and not scenario.coasts, "burn.coast_j2", "true",
+         'needs burn.ignition = "free" or burn.count = 2; one burn from now has no coast'),
+        (burn.duration_s is None and largest, "burn.duration_s", "", missing),
+        (burn.longest_coast_s is not None and burn.count == 1, "burn.longest_coast_s", burn.longest_coast_s,
+         "needs burn.count = 2"),
+        (burn.count == 2 and largest, "burn.count", 2, f"{problem} has one burn; must be 1"),
+        (not now and largest, "burn.ignition", "'free'", f"{problem} ignites now; must be 'now'"),
+        (method.max_nodes < method.nodes, "method.max_nodes", method.max_nodes,
+         f"must be at least method.nodes = {method.nodes}"),
+        (target.perigee_height_km is None and largest, "target.perigee_height_km", "", missing),
+        (is_circular, "target.perigee_direction", "'fixed'",
+         "the target orbit is circular and has no perigee direction; must be 'free'"),
+    )  # fmt: skip
+    for is_wrong, key, value, allowed in rules:
+        if is_wrong:
+            yield Complaint(key, f"{value:g}" if isinstance(value, float) else f"{value}", allowed)
+
+
+def guessed_duration_s(vehicle: Vehicle, start: Array, goal: Array | None, *, plane_free: bool) -> float:
+    """The burn of the cheapest pair of impulses between an apsis of the first orbit and one of the target, by the rocket
+    equation; the plane turns at the second. States (6,), SI, in the same axes; `goal` None where its shape is free."""
+    longest = vehicle.longest_burn_s
+    dv_m_s = inf if goal is None else _least_dv_m_s(start, goal, plane_free)
+    if not isfinite(dv_m_s):
+        return WITHOUT_SHAPE * longest
+    exhaust_m_s = vehicle.thrust_n / vehicle.mass_flow_kg_s
+    burn_s = vehicle.mass_kg / vehicle.mass_flow_kg_s * (1.0 - exp(-dv_m_s / exhaust_m_s))
+    return min(max(burn_s, 1.0), MOST_SHARE * longest)
+
+
+def dry_mass_words(vehicle: Vehicle) -> list[str]:
+    """That the dry mass is the default, if it is."""
+    if vehicle.dry_mass_kg != DRY_SHARE * vehicle.mass_kg:
+        return []
+    return [f"vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g}, a tenth of mass_kg, the default"]
+
+
+def _least_dv_m_s(start: Array, goal: Array, plane_free: bool) -> float:
+    """Infinite where nothing can be said."""
+    mu = EARTH.mu_m3_s2
+    try:
+        first = elements_from_state(start[:3], start[3:])
+        last = elements_from_state(goal[:3], goal[3:])
+    except ValueError:
+        return inf
+    turn = 0.0
+    if not plane_free:
+        normals = [angular_momentum(each[:3], each[3:]) for each in (start, goal)]
+        units = [each / np.linalg.norm(each) for each in normals]
+        turn = acos(float(np.clip(units[0] @ units[1], -1.0, 1.0)))
+
+    def speed(radius: float, sma: float) -> float:
+        return sqrt(mu * max(2.0 / radius - 1.0 / sma, 0.0))
+
+    def pair(low: float, high: float) -> float:
+        sma = 0.5 * (low + high)
+        leave = abs(speed(low, sma) - speed(low, first.sma_m))
+        come, stay = speed(high, sma), speed(high, last.sma_m)
+        return leave + sqrt(max(come**2 + stay**2 - 2.0 * come * stay * cos(turn), 0.0))
+
+    apsides = [
+        [each for each in (orbit.perigee_radius_m, orbit.apogee_radius_m) if isfinite(each)]
+        for orbit in (first, last)
+    ]
+    return min(pair(a, b) for a, b in product(*apsides))

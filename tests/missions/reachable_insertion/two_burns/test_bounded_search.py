@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from benchmarks.two_burn_missions import transfer
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.missions.reachable_insertion import Plan, PlanStatus, Scenario, TwoBurnPlan, load_scenario, plan
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.plan import details as verdict_of_one_burn
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.two_burns.flight import sensitivities
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion
 from orbsoc.missions.reachable_insertion.two_burns.transfer import Transfer, constant
 from orbsoc.missions.reachable_insertion.two_burns.turning import held_shares, slowed, turn_rates
-from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict, violations
+from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict, violations
 from orbsoc.missions.reachable_insertion.two_burns.verification import verify
 
 Array = NDArray[np.float64]

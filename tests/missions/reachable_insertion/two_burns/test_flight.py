@@ -12,7 +12,9 @@ from benchmarks.two_burn_missions import transfer
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
-from orbsoc.missions.reachable_insertion.two_burns.flight import ends_of, sensitivities
+from orbsoc.missions.reachable_insertion.targets.target_orbit import TargetOrbit
+from orbsoc.missions.reachable_insertion.two_burns.flight import ends_of, lowest_point, sensitivities
+from orbsoc.missions.reachable_insertion.two_burns.limits import Limits
 from orbsoc.missions.reachable_insertion.two_burns.motion import Motion, OblateCoast, TwoBodyCoast
 from orbsoc.missions.reachable_insertion.two_burns.restoration import restored
 from orbsoc.missions.reachable_insertion.two_burns.search import limits_of
@@ -43,7 +45,7 @@ def made() -> Transfer:
 
 def slope(motion: Motion, one: Transfer, other: Transfer) -> Array:
     ends = ends_of(motion, [one, other])
-    return np.asarray((ends[0] - ends[1]) / (2.0 * STEP))
+    return np.asarray((ends[0, -1] - ends[1, -1]) / (2.0 * STEP))
 
 
 @both_fields
@@ -51,7 +53,7 @@ def slope(motion: Motion, one: Transfer, other: Transfer) -> Array:
 def test_the_end_follows_coasts_and_durations_as_differences_say(k: int, motion: Motion) -> None:
     transfer, step = made(), STEP * np.eye(2)[k]
     found = sensitivities(motion, transfer)
-    np.testing.assert_allclose(found.end, ends_of(motion, [transfer])[0], atol=1e-12)
+    np.testing.assert_allclose(found.end, ends_of(motion, [transfer])[0, -1], atol=1e-12)
     by_coast = slope(
         motion,
         replace(transfer, coasts=transfer.coasts + step),
@@ -62,8 +64,8 @@ def test_the_end_follows_coasts_and_durations_as_differences_say(k: int, motion:
         replace(transfer, durations=transfer.durations + step),
         replace(transfer, durations=transfer.durations - step),
     )
-    np.testing.assert_allclose(found.by_coasts[:, k], by_coast, atol=1e-7)
-    np.testing.assert_allclose(found.by_durations[:, k], by_duration, atol=1e-7)
+    np.testing.assert_allclose(found.last.by_times[:, k], by_coast, atol=1e-7)
+    np.testing.assert_allclose(found.last.by_times[:, 2 + k], by_duration, atol=1e-7)
 
 
 @both_fields
@@ -78,7 +80,7 @@ def test_the_end_follows_the_thrust_as_differences_say(k: int, motion: Motion) -
     turns[k] = STEP * turn
     by_turn = slope(motion, transfer.moved(np.zeros(4), turns), transfer.moved(np.zeros(4), -turns))
     np.testing.assert_allclose(
-        np.einsum("ina,na->i", found.by_controls[:, k], swept), by_turn, rtol=2e-3, atol=1e-5
+        np.einsum("ina,na->i", found.last.by_controls[:, k], swept), by_turn, rtol=2e-3, atol=1e-5
     )
 
 
@@ -89,10 +91,51 @@ def test_directions_turn_as_the_way_to_the_ignition_does(k: int, motion: Motion)
     found = sensitivities(motion, transfer)
     for j in range(4):
         times = STEP * np.eye(4)[j]
-        later = sensitivities(motion, transfer.moved(times, np.zeros((2, 3)))).states[k, 0, :3]
-        now = found.states[k, 0, :3]
+        later = sensitivities(motion, transfer.moved(times, np.zeros((2, 3)))).ignitions[k, :3]
+        now = found.ignitions[k, :3]
         expected = np.cross(now, (later - now) / STEP) / (now @ now)
         np.testing.assert_allclose(found.turns[k, :, j], expected, atol=1e-4)
+
+
+@both_fields
+@pytest.mark.parametrize("coast", [0.4, 2.0, 5.0], ids=["falling", "past the perigee", "a revolution"])
+def test_the_lowest_point_follows_times_and_thrust_as_differences_say(motion: Motion, coast: float) -> None:
+    transfer = replace(made(), coasts=np.array([0.3, coast]))
+    found = sensitivities(motion, transfer)
+    lowest = lowest_point(motion, transfer, found)
+    way = motion.coast.way(found.cut_offs[0].state, np.linspace(0.0, coast, 4001))
+    assert np.linalg.norm(way[:, :3], axis=1).min() == pytest.approx(lowest.radius, abs=1e-6)
+    assert lowest.radius <= np.linalg.norm(way[:, :3], axis=1).min() + 1e-12
+
+    def radius(times: Array, turn: Array) -> float:
+        moved = transfer.moved(times, np.array([turn, np.zeros(3)]))
+        return lowest_point(motion, moved, sensitivities(motion, moved)).radius
+
+    still = np.zeros(3)
+    for j in range(4):
+        times = STEP * np.eye(4)[j]
+        slope = (radius(times, still) - radius(-times, still)) / (2.0 * STEP)
+        assert lowest.by_times[j] == pytest.approx(slope, abs=2e-6)
+    turn = np.array([0.3, -0.5, 0.7])
+    slope = (radius(np.zeros(4), STEP * turn) - radius(np.zeros(4), -STEP * turn)) / (2.0 * STEP)
+    swept = np.cross(turn, transfer.controls[0])
+    by_turn = float(np.einsum("na,na->", lowest.by_controls[0], swept))
+    assert by_turn == pytest.approx(slope, rel=2e-3, abs=1e-5)
+    assert not lowest.by_controls[1].any()
+
+
+@both_fields
+def test_a_coast_that_is_too_low_is_lifted(motion: Motion) -> None:
+    transfer = replace(made(), coasts=np.array([0.3, 5.0]))
+    found = sensitivities(motion, transfer)
+    lowest = lowest_point(motion, transfer, found).radius
+    target = TargetOrbit.through(found.end)
+    limits = Limits(1.0, 10.0, 5.0, lowest + 0.01)
+    lifted = restored(motion, target, limits, transfer)
+    assert lifted.held
+    assert lifted.reaches
+    assert lifted.lowest.radius >= limits.lowest - 1e-9
+    assert np.abs(target.conditions(sensitivities(motion, lifted.transfer).end[None])).max() < 1e-9
 
 
 def test_a_rotation_is_orthogonal_and_composes() -> None:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from orbsoc.missions.reachable_insertion.targets.target_orbit import TargetOrbit
-from orbsoc.missions.reachable_insertion.two_burns.impulses import cheapest
+from orbsoc.missions.reachable_insertion.two_burns.impulses import Rules, cheapest
 from orbsoc.orbit import EARTH, CanonicalUnits, Elements, state_from_elements
 from orbsoc.orbit.kepler import coasted_in_closed_form
 
@@ -31,9 +31,8 @@ def found(target: Elements, **limits: Any) -> list[Any]:
     departures = np.linspace(0.0, 6.8, 60)
     states = coasted_in_closed_form(np.tile(state(LOW), (60, 1)), departures)
     whenever = limits.get("allowed", lambda departure, size: departure + size >= 0.0)
-    return cheapest(
-        departures, states, TargetOrbit.through(state(target)), limits.get("longest", 1e3), whenever
-    )
+    rules = Rules(limits.get("longest", 1e3), limits.get("lowest", 1.0), whenever)
+    return cheapest(departures, states, TargetOrbit.through(state(target)), rules)
 
 
 @pytest.mark.parametrize("orbit", ORBITS.values(), ids=ORBITS)
@@ -46,7 +45,7 @@ def test_every_pair_ends_on_the_target_orbit_after_its_flight(orbit: Elements) -
         first[:, 3:] += pair.velocities[0]
         last = coasted_in_closed_form(first, np.array([pair.flight]))
         last[:, 3:] += pair.velocities[1]
-        assert np.abs(target.conditions(last)).max() < 1e-9
+        assert np.abs(target.conditions(last)).max() < 1e-5  # states between departures are interpolated
         assert pair.cost == pytest.approx(np.linalg.norm(pair.velocities, axis=1).sum())
 
 
@@ -55,8 +54,8 @@ def test_between_two_circles_the_cheapest_is_hohmanns_within_the_grid() -> None:
     first = np.sqrt(2.0 * r2 / (r1 * (r1 + r2))) - np.sqrt(1.0 / r1)
     second = np.sqrt(1.0 / r2) - np.sqrt(2.0 * r1 / (r2 * (r1 + r2)))
     best = found(ORBITS["circle"])[0]
-    assert first + second <= best.cost * (1.0 + 1e-12)
-    assert best.cost <= 1.001 * (first + second)
+    assert first + second <= best.cost * (1.0 + 1e-6)  # states between the grid's are interpolated
+    assert best.cost <= 1.0001 * (first + second)
     assert best.flight == pytest.approx(np.pi * ((r1 + r2) / 2.0) ** 1.5, rel=0.03)
 
 

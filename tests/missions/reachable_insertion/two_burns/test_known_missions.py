@@ -9,7 +9,7 @@ from benchmarks.two_burn_missions import KINDS, transfer, unreachable_transfer
 from orbsoc.missions.reachable_insertion import PlanStatus, TwoBurnPlan, plan
 from orbsoc.missions.reachable_insertion.model.proof import proof_of_infeasibility
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
-from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
+from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
 
 
 @pytest.mark.parametrize("number", range(40))
@@ -38,7 +38,7 @@ def test_no_bound_proves_a_transfer_infeasible_that_is_feasible_by_construction(
     made = transfer(7, number)
     ready = InsertionSetup.of(made.scenario)
     duration = made.burn_s / ready.units.time_s
-    assert proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True, coasts=True) is None
+    assert proof_of_infeasibility(ready.burn, ready.target, duration, coasts=True) is None
 
 
 def test_the_bound_on_the_momentum_of_one_burn_is_no_proof_for_two() -> None:
@@ -47,7 +47,7 @@ def test_the_bound_on_the_momentum_of_one_burn_is_no_proof_for_two() -> None:
         made = transfer(7, number)
         ready = InsertionSetup.of(made.scenario)
         duration = made.burn_s / ready.units.time_s
-        proved += proof_of_infeasibility(ready.burn, ready.target, duration, whole_orbit=True) is not None
+        proved += proof_of_infeasibility(ready.burn, ready.target, duration) is not None
     assert proved > 0
 
 

@@ -116,7 +116,7 @@ SLOW: dict[str, Any] = {
 
 def room(scenario: Scenario, x: Array, units: CanonicalUnits) -> Array:
     """1 − (rate/bound)² of both burns, at nine times each."""
-    assert scenario.limits is not None
+    assert scenario.limits.attitude_rate_deg_s is not None
     bound = np.deg2rad(scenario.limits.attitude_rate_deg_s) * units.time_s
     tau, found = np.linspace(-1.0, 1.0, 9), []
     for duration, *angles in (x[1:8], x[9:16]):
@@ -166,7 +166,7 @@ def test_a_shooting_method_from_another_start_finds_no_shorter_burns(
             {"type": "eq", "fun": lambda x: target.conditions(shot(scenario, x, units)[None])[0]},
             *(
                 []
-                if scenario.limits is None
+                if scenario.limits.attitude_rate_deg_s is None
                 else [{"type": "ineq", "fun": lambda x: room(scenario, x, units)}]
             ),
         ],

@@ -26,9 +26,9 @@ from orbsoc.missions.reachable_insertion import (
     load_scenario,
     plan,
 )
-from orbsoc.missions.reachable_insertion.plan.verdicts import verdict as verdict_of_one_burn
-from orbsoc.missions.reachable_insertion.two_burns.record import turned
-from orbsoc.missions.reachable_insertion.two_burns.verdicts import verdict
+from orbsoc.missions.reachable_insertion.plan import details as verdict_of_one_burn
+from orbsoc.missions.reachable_insertion.record.attitude import turned
+from orbsoc.missions.reachable_insertion.two_burns.verdict import verdict
 from orbsoc.orbit import EARTH, elements_from_state
 
 Array = NDArray[np.float64]

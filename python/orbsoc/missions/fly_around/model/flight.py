@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.orbit.relative import ClohessyWiltshire
+from orbsoc.orbit.relative import ClohessyWiltshire, DriftEllipse
 
 from .ellipse import Ellipse
 
@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 SAMPLES = 64
 """Intervals of an arc at which its error is looked at; a parabola finds the largest between them."""
+FINE = 2048
+"""The same, of the bound above it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +83,22 @@ class Flight:
         at = times + np.concatenate([[0.0], shift, [0.0]]) * dt_s / (len(states) - 1)
         k = int(np.argmax(tops))
         return float(np.sqrt(tops[k])), float(at[k])
+
+    def error_at_most(self, after: Array, start_s: float, dt_s: float) -> float:
+        """Above the distance from the path on the whole arc of a state (6,), m.
+
+        Between samples w apart a vector is within w²/8 max|ë| of its chord, and a chord no longer than its longer end.
+        Free motion turns on its ellipse, the disturbance's on Φ_vv, the path on its own.
+        """
+        path, n = self.ellipse, self.ellipse.mean_motion_rad_s
+        turning = DriftEllipse.of(after, n)
+        bend = n**2 * hypot(2.0 * turning.minor_m, turning.normal_m)
+        bend += 9.0 * float(np.linalg.norm(self.disturbance_m_s2)) + path.rate_rad_s**2 * max(
+            path.semi_axes_m
+        )
+        times = start_s + np.linspace(0.0, dt_s, FINE + 1)
+        apart = np.linalg.norm(self.arc(after, dt_s, FINE)[:, :3] - path.position(times), axis=1)
+        return float(apart.max() + 0.125 * (dt_s / FINE) ** 2 * bend)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

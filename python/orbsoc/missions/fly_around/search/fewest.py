@@ -35,10 +35,6 @@ COAST_SAMPLES = 4000
 SAMPLES = 8
 """Intervals of an arc at whose ends the tube is enforced."""
 TOLERANCE = 1e-9
-BOX = 500.0
-"""Times the best arc's error: no arc that strays less has an unknown beyond this, for they are its distance from the path and
-what its relative velocity makes in half the interval, both of the size of the error. With it the dual residual that a solver
-leaves costs the bound some micrometres, and the bound is rigorous."""
 MAX_ROUNDS = 12
 EVEN = 1e-4
 """Relative spread of the arcs' errors at which the partition is even enough: it is what the bound may gain."""
@@ -80,11 +76,23 @@ class Bound:
 def bound_below(problem: Problem, solution: Solution) -> float:
     """A bound below the error of every arc that is better than the solution's, from multipliers z, whatever their residual.
 
-    For feasible x and z ∈ K: cᵀx ≥ cᵀx − zᵀ(h − Gx) = −hᵀz + (c + Gᵀz)ᵀx ≥ −hᵀz − ‖c + Gᵀz‖₁ ‖x‖∞, with `BOX`.
+    For feasible x and z ∈ K: cᵀx ≥ cᵀx − zᵀ(h − Gx) = −hᵀz + (c + Gᵀz)ᵀx ≥ −hᵀz − |c + Gᵀz|ᵀ|x|, with |x| by `largest`.
     """
     z = project_dual(problem, solution.z)
-    residual = float(np.abs(problem.c + problem.G.T @ z).sum())
-    return float(-(problem.h @ z)) - residual * BOX * abs(float(problem.c @ solution.x))
+    residual = np.abs(problem.c + problem.G.T @ z)
+    return float(-(problem.h @ z) - residual @ largest(problem, abs(float(problem.c @ solution.x))))
+
+
+def largest(problem: Problem, error_m: float) -> Array:
+    """Above |x| of every arc with ‖R_k x + o_k‖ ≤ e ≤ `error_m` at all samples k, and of e: (unknowns + 1,).
+
+    With L a left inverse of R, x = L (d − o) and ‖d_k‖ ≤ e, so that |x_i| ≤ |(L o)_i| + e Σ_k ‖L_ik‖.
+    """
+    rows = -problem.G.toarray().reshape(-1, 4, problem.n)[:, 1:, :-1]
+    offsets = problem.h.reshape(-1, 4)[:, 1:].ravel()
+    inverse = np.asarray(np.linalg.pinv(rows.reshape(-1, problem.n - 1)), dtype=np.float64)
+    by_sample = np.linalg.norm(inverse.reshape(problem.n - 1, -1, 3), axis=2).sum(axis=1)
+    return np.append(np.abs(inverse @ offsets) + error_m * by_sample, error_m)
 
 
 def arc_problem(

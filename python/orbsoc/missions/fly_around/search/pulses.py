@@ -123,7 +123,8 @@ class Searcher:
         """No flight with as many pulses, one at time 0, strays less; without any, it is the coast from the start."""
         if pulses == 0:
             states = self.flight.arc(self.start, self.end_s, COAST_SAMPLES)
-            return self.flight.largest_error(states, 0.0, self.end_s)[0]
+            path = self.flight.ellipse.position(np.linspace(0.0, self.end_s, COAST_SAMPLES + 1))
+            return float(np.linalg.norm(states[:, :3] - path, axis=1).max())
         return self.bound(pulses).bound_m
 
     def margin(self, pulses: int) -> float:

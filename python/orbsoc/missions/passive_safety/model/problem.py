@@ -78,6 +78,15 @@ def assemble(
     return impulses
 
 
+def first_leg(approach: Approach, second_s: float, margins: Margins | None = None) -> Impulses:
+    """The first impulse and its drift until the second, with the rules of that drift alone: whatever comes later keeps them."""
+    times = np.array([0.0, second_s])
+    impulses = Impulses(ConicBuilder(), approach.motion, times, approach.start, axes=approach.axes)
+    impulses.cost(approach.scenario.cost)
+    _first_drift(approach, impulses, margins)
+    return impulses
+
+
 def _relax(builder: ConicBuilder) -> None:
     for name, price in ((MISS, MISS_PRICE), (GIVEN_UP, GIVEN_UP_PRICE)):
         slack = builder.variable(name, 1)

@@ -3,7 +3,8 @@
 The first drift has other rules than the later ones, so its end, the second impulse, is searched: a scan, then a golden
 section in the cell of the best. A later impulse of size 0 adds a cone that the one before it implies, so impulses at
 candidate times lose nothing, and those of size 0 are dropped. Where no time of the scan is feasible, the times are searched
-at which the conditions are broken least. Without a keep-out, impulses are generated over the whole window.
+at which the conditions are broken least; where these are none either, a proof is tried that holds between them. Without a
+keep-out, impulses are generated over the whole window.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.impulses import ImpulseProgramme, Impulses, primer_ceiling
+from orbsoc.guidance.impulses import ImpulseProgramme, Impulses, Nowhere, primer_ceiling
 from orbsoc.guidance.scp import Iteration, Solve
 
 from ..model.approach import Approach
@@ -26,6 +27,7 @@ from ..model.margins import Margins
 from ..model.problem import GIVEN_UP, MISS, assemble
 from ..scenario import DEFAULT_COUNT
 from .anywhere import generated_anywhere
+from .impossible import proved_impossible
 
 Array = NDArray[np.float64]
 
@@ -85,6 +87,8 @@ class Timed:
     """Of a plan generated over the whole window: the largest primer at `INSTANTS`, and a ceiling between them."""
     relaxed: int = 0
     """How many further times were tried for the conditions that they break least."""
+    nowhere: Nowhere | None = None
+    """The proof that no time of the second impulse will do."""
 
     @property
     def lower_bound(self) -> float | None:
@@ -163,6 +167,8 @@ def plan_times(
             min(latest - 0.01 * cell, best.second_s + cell),
         )
     found = replace(_timed(approach, trials, SCAN), relaxed=relaxed)
+    if all(trial.solution.status is Status.PRIMAL_INFEASIBLE for trial in trials):
+        return replace(found, nowhere=_nowhere(approach, solve))
     if approach.scenario.impulses.timing == "generated" and found.best is not None:
         return _fewer(found, attempt, trials)
     return found
@@ -193,6 +199,13 @@ def _anywhere(approach: Approach, solve: Solve, callback: Callable[[Iteration], 
         return Timed(None, None, trials)
     ceiling = primer_ceiling(found.impulses, found.solution, (0.0, approach.duration_s))
     return Timed(best, found.programme, trials, ends=approach.capture_velocity is not None, primer=ceiling)
+
+
+def _nowhere(approach: Approach, solve: Solve) -> Nowhere | None:
+    """With the other impulses where a plan has them; generated ones may be anywhere after the second."""
+    if approach.scenario.impulses.timing == "generated":
+        return proved_impossible(approach, None, solve)
+    return proved_impossible(approach, lambda second: times_after(approach, second, CANDIDATES[0]), solve)
 
 
 def _feasible_edges(

@@ -3,7 +3,7 @@ the right-hand side. So the solver analyses the pattern once a flight, and every
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -127,7 +127,7 @@ def _replanned(real: Approach, planned: Roll, before_s: float, horizon: Horizon)
             share = radius / distance
             dv, distance = roll.dv_m_s + share * change, radius
             cost = roll.cost_m_s - share * (roll.cost_m_s - cost)
-        return Proposal(Roll(dv, roll.states, roll.to_end, roll.miss), cost, distance, (row,))
+        return Proposal(replace(roll, dv_m_s=dv), cost, distance, (row,))
 
     outcome = trust_region(
         start,

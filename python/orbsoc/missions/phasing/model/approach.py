@@ -15,6 +15,7 @@ from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
 from orbsoc.orbit.relative import local_frame
 
 from ..scenario import Scenario
+from .mean_motion import element_lengths, element_rows, equinoctial, secular, states_of, wrapped
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,8 @@ LAST_S, LAST_NODE_S = 900.0, 150.0
 """Before the meeting instants are closer: for how long, and how close."""
 MET_M = 1e-4
 """To which a flight is made to end on the target's state, m, and m/s at the rate of an orbit."""
+MET_ELEMENTS_M = 0.05
+"""The same in elements: after weeks the rounding of a millimetre at the start is a centimetre."""
 RATE_RAD_S = 1.16e-3
 """Makes metres of metres per second where they are compared."""
 ROWS = np.diag(np.repeat([1.0, 1.0 / RATE_RAD_S], 3))
@@ -31,12 +34,15 @@ NEWTON_STEPS = 25
 @dataclass(frozen=True, slots=True, eq=False)
 class Roll:
     """A flight with impulses (K, 3), m/s, inertial, at the instants: the state before each, and the transition matrices
-    (K, 6, 6) from each to the end. `miss` (6,) is the chaser's state less the target's, at the end."""
+    (K, 6, 6) from each to the end. `miss` (6,) is the chaser's state less the target's, at the end; `off` (6,) is it in
+    the coordinates of the approach, m, and `rows` (6, 6) are the derivatives of `off` by the state."""
 
     dv_m_s: Array
     states: Array
     to_end: Array
     miss: Array
+    off: Array
+    rows: Array
 
     @property
     def cost_m_s(self) -> float:
@@ -44,8 +50,8 @@ class Roll:
 
     @property
     def miss_m(self) -> float:
-        """Of position, and of velocity at the rate of an orbit."""
-        return float(np.abs(ROWS @ self.miss).max())
+        """The largest of `off`."""
+        return float(np.abs(self.off).max())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +62,13 @@ class Approach:
     times_s: Array
     start: Array
     goal: Array
+    by_elements: bool = False
+    """Whether the miss is counted in elements, on which the impulses of weeks act nearly linearly, or in the state."""
+
+    @property
+    def met_m(self) -> float:
+        """Up to which a flight counts as ending on the target."""
+        return MET_ELEMENTS_M if self.by_elements else MET_M
 
     @property
     def end_s(self) -> float:
@@ -68,7 +81,16 @@ class Approach:
         to_end = matrices[-1, 0] @ np.linalg.inv(matrices[:, 0])
         miss = states[-1, 0] - self.goal
         miss[3:] += dv_m_s[-1]
-        return Roll(dv_m_s, states[:, 0], to_end, miss)
+        return Roll(dv_m_s, states[:, 0], to_end, miss, *self._coordinates(miss))
+
+    def _coordinates(self, miss: Array) -> tuple[Array, Array]:
+        """`off` and `rows` of a miss."""
+        if not self.by_elements:
+            return ROWS @ miss, ROWS
+        off = equinoctial(self.goal + miss) - equinoctial(self.goal)
+        off[5] = wrapped(off[5])
+        lengths = element_lengths(float(np.linalg.norm(self.goal[:3])))
+        return lengths * off, lengths[:, None] * element_rows(self.goal + miss)
 
     def restore(
         self,
@@ -90,12 +112,12 @@ class Approach:
         except PropagationError:
             return None
         for _ in range(NEWTON_STEPS):
-            if now.miss_m < MET_M:
+            if now.miss_m < self.met_m:
                 return now
-            effect = ROWS @ np.concatenate(now.to_end[:, :, 3:], axis=1)
+            effect = now.rows @ np.concatenate(now.to_end[:, :, 3:], axis=1)
             span = None if basis is None else basis(now)
             columns = self._within(np.asarray(effect * weights)) if span is None else effect @ span
-            step, *_ = np.linalg.lstsq(columns, ROWS @ now.miss, rcond=1e-12)
+            step, *_ = np.linalg.lstsq(columns, now.off, rcond=1e-12)
             change = weights * self._within(np.asarray(step)) if span is None else span @ step
             trial = self._shorter(now, change.reshape(-1, 3))
             if trial is None:
@@ -109,7 +131,7 @@ class Approach:
         while length > 1e-3:
             with suppress(PropagationError):  # a fall to the ground is no shorter way
                 trial = self.roll(now.dv_m_s - length * change)
-                if trial.miss_m < max((1.0 - 0.5 * length) * now.miss_m, MET_M):
+                if trial.miss_m < max((1.0 - 0.5 * length) * now.miss_m, self.met_m):
                     return trial
             length *= 0.5
         return None
@@ -140,9 +162,15 @@ class Approach:
 
 
 def approach_between(
-    scenario: Scenario, start_s: float, end_s: float, others_s: Array, *, ballistic_m2_kg: float | None = None
+    scenario: Scenario,
+    start_s: float,
+    end_s: float,
+    others_s: Array,
+    *,
+    keep_s: Array | None = None,
+    by_elements: bool = False,
 ) -> Approach:
-    """With instants every `window.node_s` and at `others_s`; `ballistic_m2_kg` is the target's, the scenario's by default.
+    """With instants every `window.node_s` and at `others_s`, of two within a second the later one, or that of `keep_s`.
 
     With `normal_first` the second instant is 15 minutes before the phasing burn, the second of `others_s`.
     """
@@ -152,23 +180,29 @@ def approach_between(
     last = np.arange(end_s - LAST_S, end_s, min(LAST_NODE_S, window.node_s))
     times = np.unique(np.concatenate([grid, last, others_s, [start_s, end_s]]))
     times = times[(times >= start_s) & (times <= end_s)]
+    if keep_s is not None:
+        apart = np.abs(times[:, None] - keep_s).min(axis=1)
+        times = times[(apart > 2.0) | (apart == 0.0)]
     times = times[np.append(np.diff(times) > 1.0, True)]  # no two instants closer than a second
     times[0] = start_s
-    return approach_at(scenario, times, ballistic_m2_kg=ballistic_m2_kg)
+    return approach_at(scenario, times, by_elements=by_elements)
 
 
-def approach_at(scenario: Scenario, times_s: Array, *, ballistic_m2_kg: float | None = None) -> Approach:
-    """With these instants alone."""
+def approach_at(
+    scenario: Scenario, times_s: Array, *, ballistic_m2_kg: float | None = None, by_elements: bool = False
+) -> Approach:
+    """With these instants alone; `ballistic_m2_kg` is the target's, the scenario's by default."""
     start = state_at(scenario, "chaser", float(times_s[0]))
-    return Approach(
-        scenario, times_s, start, state_at(scenario, "target", float(times_s[-1]), ballistic_m2_kg)
-    )
+    goal = state_at(scenario, "target", float(times_s[-1]), ballistic_m2_kg)
+    return Approach(scenario, times_s, start, goal, by_elements)
 
 
 def state_at(scenario: Scenario, name: str, t_s: float, ballistic_m2_kg: float | None = None) -> Array:
     """The coasting chaser's or target's state (6,) at a time, before its epoch too; drag is not run backwards."""
     body = scenario.chaser if name == "chaser" else scenario.target
     drag = body.ballistic_m2_kg if ballistic_m2_kg is None else ballistic_m2_kg
+    if body.motion == "mean_j2":
+        return np.asarray(states_of(secular(body.elements, np.array(t_s - body.epoch_s))))
     if t_s == body.epoch_s:
         return body.state
     if t_s > body.epoch_s:
@@ -176,3 +210,23 @@ def state_at(scenario: Scenario, name: str, t_s: float, ballistic_m2_kg: float |
     mirrored = body.state * np.repeat([1.0, -1.0], 3)
     back = fast_coast([mirrored], [t_s, body.epoch_s], scenario.forces_on(0.0))[-1, 0]
     return np.asarray(back * np.repeat([1.0, -1.0], 3))
+
+
+def states_at(scenario: Scenario, name: str, times_s: Array) -> Array:
+    """States (M, 6) of the coasting chaser or target at increasing times, the first not before its epoch if it is osculating."""
+    body = scenario.chaser if name == "chaser" else scenario.target
+    if body.motion == "mean_j2":
+        return np.asarray(states_of(secular(body.elements, times_s - body.epoch_s)))
+    if times_s.size == 1 or times_s[0] <= body.epoch_s:
+        return np.array([state_at(scenario, name, float(t)) for t in times_s])
+    forces = scenario.forces_on(body.ballistic_m2_kg)
+    return np.asarray(fast_coast([body.state], np.append(body.epoch_s, times_s), forces)[1:, 0])
+
+
+def departing(scenario: Scenario, start_s: float, end_s: float) -> Scenario:
+    """With these dates; a chaser that followed mean elements until then coasts by the forces from its state."""
+    chaser = scenario.chaser
+    if chaser.motion == "mean_j2":
+        chaser = chaser.leaving(state_at(scenario, "chaser", start_s), start_s)
+    window = scenario.window.model_copy(update={"start_s": start_s, "end_s": end_s, "dates_h": 0.0})
+    return scenario.model_copy(update={"chaser": chaser, "window": window})

@@ -12,7 +12,11 @@ from orbsoc.orbit import EARTH
 from ..dispersion.replanning import Surprised
 from ..model.uncertain import Meeting
 from ..planner import PhasingPlan
+from ..search.drift import Transfer
 from ..verification.finite import FiniteBurns
+
+GIVEN = ("times_s", "dv_m_s")
+"""Of a transfer in mean elements: where the true motion starts from, which is not told."""
 
 
 def plan_document(plan: PhasingPlan) -> dict[str, Any]:
@@ -31,7 +35,11 @@ def plan_document(plan: PhasingPlan) -> dict[str, Any]:
         "impulses": programme.to_list() if programme else [],
         "terminal_error": flight and {"position_m": flight.miss_m, "velocity_m_s": flight.miss_m_s},
         "phasing": plan.phasing
-        and {name: getattr(plan.phasing, name) for name in plan.phasing.__dataclass_fields__},
+        and {
+            name: getattr(plan.phasing, name)
+            for name in plan.phasing.__dataclass_fields__
+            if name not in GIVEN
+        },
         "scheme_m_s": plan.scheme and plan.scheme.cost_m_s,
         "constraints": [check.to_dict() for check in flight.checks] if flight else [],
         "audits": {},
@@ -58,6 +66,9 @@ def details(plan: PhasingPlan) -> str:
     if flight is None or plan.programme is None:
         return plan.message
     words = [f"it breaks {each}" for each in flight.failures] or [plan.message]
+    if isinstance(plan.phasing, Transfer):
+        which = f"{plan.phasing.revolutions} revolutions, {plan.phasing.mean_cost_m_s:.1f} m/s"
+        words.append(f"best of {plan.phasing.tried} descents in mean elements: {which}")
     if plan.scheme is not None and plan.descended is not None:
         words.append(f"by shooting at the scheme's own epochs {plan.scheme.cost_m_s:.1f} m/s")
     surprised = plan.analysis and plan.analysis.surprised
@@ -73,9 +84,9 @@ def details(plan: PhasingPlan) -> str:
 
 def _certificates(plan: PhasingPlan) -> dict[str, Any]:
     """The dual bound of the last linearisation, over all instants, and the largest primer."""
-    if plan.descended is None or not plan.descended.last.rounds:
+    last = plan.bounded
+    if last is None:
         return {}
-    last = plan.descended.last
     bound = last.lower_bound
     return {
         "optimum": {"bound": bound, "gap": last.rounds[-1].cost - bound},

@@ -11,7 +11,7 @@ from pydantic import Field, Strict, model_validator
 
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import Vector
-from orbsoc.orbit import Elements, state_from_elements
+from orbsoc.orbit import Elements, elements_from_state, state_from_elements
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
 
 from .orbits import in_own_keys
@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 GROUND_KM = 80.0
 """An orbit that comes lower is none."""
-Revolutions = Annotated[int, Field(ge=1, le=60)]
-LATEST_H = 240.0
+Revolutions = Annotated[int, Field(ge=1, le=500)]
+LATEST_H = 720.0
 """Of a meeting after the first burn."""
 
 
@@ -42,6 +42,10 @@ class Body(Table):
     )
     source: str | None = Field(default=None, description="written when a TLE or a file is read")
     ballistic_m2_kg: float = Field(default=0.0, ge=0.0, le=1.0, description="C_D A/m, for the drag")
+    motion: Literal["osculating", "mean_j2"] = Field(
+        default="osculating",
+        description="mean_j2: node and perigee turn at the secular rates of J2; of the chaser, until start_s",
+    )
 
     @property
     def elements(self) -> Elements:
@@ -53,18 +57,40 @@ class Body(Table):
         """[r_m, v_m_s], (6,), ECI, at the epoch."""
         return np.concatenate(state_from_elements(self.elements))
 
+    def leaving(self, state: Array, at_s: float) -> Body:
+        """On a state (6,) at a time, from which it coasts by the forces."""
+        found = elements_from_state(state[:3], state[3:])
+        inc, raan, argp, anomaly = np.rad2deg(
+            [found.inc_rad, found.raan_rad, found.argp_rad, found.true_anomaly_rad]
+        ).tolist()
+        return self.model_copy(
+            update={
+                "sma_km": found.sma_m / 1e3, "ecc": found.ecc, "inc_deg": inc, "raan_deg": raan, "argp_deg": argp,
+                "true_anomaly_deg": anomaly, "epoch_s": at_s, "motion": "osculating",
+            }
+        )  # fmt: skip
+
 
 class Window(Table):
     """When the chaser may burn: the first burn turns the plane, the last one meets the target at its apogee."""
 
     start: int = Field(default=0, ge=0, le=40, description="revolutions of waiting between the first burns")
-    revolutions: Revolutions = Field(description="of the chaser on the phasing orbit")
+    revolutions: Revolutions | None = Field(
+        default=None,
+        description="of the chaser on the phasing orbit; looked for where start_s and end_s are given",
+    )
     latest_h: float = Field(gt=0.0, le=LATEST_H, description="of the meeting, after the first burn")
     start_s: float | None = Field(default=None, description="of the first burn; else where the planes cross")
     phasing_s: float | None = Field(
         default=None, description="of the phasing burn; else where the chaser passes the target's apogee"
     )
     end_s: float | None = Field(default=None, description="of the meeting; else at the target's apogee")
+    dates_h: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=24.0,
+        description="by which start_s and end_s may move where revolutions are looked for",
+    )
     node_s: float = Field(default=347.0, ge=30.0, le=3600.0, description="between instants of possible burns")
     normal_first: bool = Field(
         default=False, description="the paper's timing: until the phasing burn, out of the plane alone"
@@ -181,17 +207,19 @@ class Scenario(BaseScenario):
         found: list[Complaint] = []
         window = self.window
         start_s = self.chaser.epoch_s if window.start_s is None else window.start_s
-        if start_s < self.chaser.epoch_s:
+        if start_s < self.chaser.epoch_s and self.chaser.motion == "osculating":
             allowed = f"must not be before chaser.epoch_s = {self.chaser.epoch_s:g}"
             found.append(Complaint("window.start_s", f"{start_s:g}", allowed))
         apart = abs(self.target.epoch_s - self.chaser.epoch_s)
-        if apart > 10.0 * 86400.0:
+        if apart > 10.0 * 86400.0 and not self.mean:
             allowed = f"must be within 10 days of chaser.epoch_s = {self.chaser.epoch_s:g}"
             found.append(Complaint("target.epoch_s", f"{self.target.epoch_s:g}", allowed))
         if window.phasing_s is not None and window.phasing_s <= start_s:
             allowed = f"must be after the first burn, {start_s:g}"
             found.append(Complaint("window.phasing_s", f"{window.phasing_s:g}", allowed))
-        earliest_s = max(window.phasing_s or start_s, start_s, self.target.epoch_s)
+        earliest_s = max(window.phasing_s or start_s, start_s)
+        if self.target.motion == "osculating":
+            earliest_s = max(earliest_s, self.target.epoch_s)
         if window.end_s is not None and window.end_s <= earliest_s:
             allowed = f"must be after the burns before it and target.epoch_s, {earliest_s:g}"
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
@@ -201,7 +229,48 @@ class Scenario(BaseScenario):
         ):
             allowed = f"must be at most latest_h = {window.latest_h:g} after the first burn"
             found.append(Complaint("window.end_s", f"{window.end_s:g}", allowed))
+        if window.revolutions is None:
+            found += self._search_complaints()
+        elif self.mean:
+            allowed = "must be left out where a body has motion = 'mean_j2'"
+            found.append(Complaint("window.revolutions", f"{window.revolutions}", allowed))
+        elif window.dates_h:
+            allowed = f"does nothing with revolutions = {window.revolutions}; leave that out"
+            found.append(Complaint("window.dates_h", f"{window.dates_h:g}", allowed))
         return found
+
+    def _search_complaints(self) -> list[Complaint]:
+        """Of a scenario without a number of revolutions."""
+        window, found = self.window, []
+        for key in ("start_s", "end_s"):
+            if getattr(window, key) is None:
+                allowed = "must be given where revolutions is not, from which the planner looks for them"
+                found.append(Complaint(f"window.{key}", "nothing", allowed))
+        for key, given in (
+            ("scheme", self.scheme != "socp" and self.scheme),
+            ("forces", self.forces != ("j2",) and list(self.forces)),
+            ("window.phasing_s", window.phasing_s),
+            ("window.normal_first", window.normal_first),
+            ("window.front", window.front),
+            ("surprise", self.surprise and "given"),
+            ("uncertainty", self.uncertainty and "given"),
+        ):
+            if given:
+                allowed = {"scheme": "must be 'socp'", "forces": "must be ['j2']"}.get(
+                    key, "must be left out"
+                )
+                found.append(Complaint(key, f"{given}", f"{allowed} where revolutions are looked for"))
+        if window.start_s is not None and window.end_s is not None:
+            apart_h = (window.end_s - window.start_s) / 3600.0
+            if apart_h <= 2.0 * window.dates_h:
+                allowed = f"must be less than half of the {apart_h:.4g} h from start_s to end_s"
+                found.append(Complaint("window.dates_h", f"{window.dates_h:g}", allowed))
+        return found
+
+    @property
+    def mean(self) -> bool:
+        """Whether a body follows mean elements."""
+        return "mean_j2" in {self.chaser.motion, self.target.motion}
 
 
 def load_scenario(path: str | PathLike[str]) -> Scenario:

@@ -19,7 +19,7 @@ from orbsoc.orbit import elements_from_state
 
 OWN = ("sma_km", "ecc", "inc_deg", "raan_deg", "argp_deg", "true_anomaly_deg", "epoch_s")
 BODIES = ("chaser", "target")
-BESIDE = ("epoch_s", "ballistic_m2_kg")
+BESIDE = ("epoch_s", "ballistic_m2_kg", "motion")
 """Keys of a body that are none of its orbit."""
 
 
@@ -94,4 +94,4 @@ def _own(name: str, table: Mapping[str, Any], orbit: Orbit, zero: datetime | Non
         own["source"] = orbit.source
     elif "epoch_s" in table:
         own["epoch_s"] = table["epoch_s"]
-    return own | {key: table[key] for key in ("ballistic_m2_kg",) if key in table}
+    return own | {key: table[key] for key in BESIDE[1:] if key in table}

@@ -17,7 +17,7 @@ from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
-from orbsoc.guidance.scp import ExitReason, Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
+from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
 
 from ..model.approach import Approach, Roll
 from ..model.uncertain import Chance
@@ -31,7 +31,7 @@ MISSED_BY_M_S_M = 0.1
 RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
 PROVED = 1e-6
-"""Gap of the last linearisation beyond which a descent does not count as converged."""
+"""Gap of the last linearisation up to which its bound counts as met; beyond, the impulses are the best found."""
 TOLERANCE, USABLE = 1e-10, 1e-8
 """Asked of every solve, and what a solver that stops short of it may leave."""
 GAP = 1e-9
@@ -68,9 +68,9 @@ class PhasingImpulses(Impulses):
         self.approach = approach
         self._to_end = roll.to_end
         self.cost("norms")
-        scale = np.abs(roll.to_end[:, :, 3:]).max(axis=(0, 2))
-        self._rows = np.diag(1.0 / scale)
-        self.meet(end_s, self._rows @ -roll.miss, matrix=self._rows, name=MEET)
+        scale = np.abs(roll.rows @ roll.to_end[:, :, 3:]).max(axis=(0, 2))
+        self._rows = roll.rows / scale[:, None]
+        self.meet(end_s, -roll.off / scale, matrix=self._rows, name=MEET)
         at = np.array([motion.index[float(t)] for t in self.times_s])
         if approach.scenario.window.normal_first and at[0] == 0:
             flat = approach.axes(roll, 0)[:2]
@@ -93,8 +93,11 @@ class PhasingImpulses(Impulses):
 
     def primer_vectors(self, solution: HasDuals) -> Array:
         """At every instant of the approach, (K, 3), inertial."""
-        pull = -self._rows.T @ self.builder.dual(solution, MEET)
-        return np.asarray(np.einsum("kij,i->kj", self._to_end[:, :, 3:], pull))
+        return np.asarray(np.einsum("kij,i->kj", self._to_end[:, :, 3:], self.pull(solution)))
+
+    def pull(self, solution: HasDuals) -> Array:
+        """What the end's state costs, (6,), or its coordinates where they are the state: the derivatives of the cost."""
+        return np.asarray(-self._rows.T @ self.builder.dual(solution, MEET))
 
     def primer_size(self, solution: HasDuals, times_s: ArrayLike) -> Array:
         """At instants of the approach, (K,); of the first one out of the plane, if it may not leave that direction."""
@@ -120,6 +123,8 @@ class Descended:
     approach: Approach
     outcome: Outcome[Roll]
     last: Generated
+    flights: int
+    """About how many it was linearised."""
 
     @property
     def roll(self) -> Roll:
@@ -168,17 +173,13 @@ def descend(
         dv = found.impulses.flown(found.solution)
         dv[np.linalg.norm(dv, axis=1) < 1e-7 * found.solution.objective] = 0.0
         distance = float(np.linalg.norm(dv - roll.dv_m_s))
-        moved = Roll(dv, roll.states, roll.to_end, roll.miss)
+        moved = replace(roll, dv_m_s=dv)
         return Proposal(moved, found.solution.objective, distance, solved)
 
     outcome = trust_region(
         start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback
     )  # fmt: skip
-    gap = generated[-1].gap if generated else float("nan")
-    if outcome.reason is ExitReason.CONVERGED and not gap <= PROVED:
-        message = f"{outcome.message}; but its dual bound is {gap:.1e} of the cost below it: not proved to be the least"
-        outcome = replace(outcome, reason=ExitReason.MAX_ITERATIONS, message=message)
-    return Descended(approach, outcome, generated[-1])
+    return Descended(approach, outcome, generated[-1], len(generated))
 
 
 def spread(onto: Approach, roll: Roll, times_s: Array) -> Roll | None:

@@ -58,10 +58,11 @@ def latitude_argument(orbit: Elements) -> float:
     return (orbit.argp_rad + orbit.true_anomaly_rad) % tau
 
 
-def plan_phasing(scenario: Scenario, revolutions: int | None = None) -> Phasing:
+def plan_phasing(scenario: Scenario) -> Phasing:
     """Of the meetings that the window allows the cheapest. Raises ScenarioError where no phasing orbit meets the target."""
     window = scenario.window
-    count = window.revolutions if revolutions is None else revolutions
+    count = window.revolutions
+    assert count is not None
     start_s = _plane_burn(scenario) if window.start_s is None else window.start_s
     after = state_at(scenario, "chaser", start_s)
     orbit, goal = elements(after), scenario.target.elements

@@ -5,11 +5,10 @@ from __future__ import annotations
 from math import cos, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from .launch import RTOL, LaunchError, Pair, integrated
-
-Array = NDArray[np.float64]
 
 ROUGH = 1e-6
 """Of the integrations that come near to the end of a slide."""

@@ -14,13 +14,12 @@ from math import cos, sin
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 from scipy.optimize import brentq
 
-from .rack import Assembly, Rack, Slot
+from orbsoc.orbit.array import Array
 
-Array = NDArray[np.float64]
+from .rack import Assembly, Rack, Slot
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(48)
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])

@@ -10,17 +10,16 @@ Vectors are (x, z): along the target's motion, and outward.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from .transfer import cost_of
-
-Array = NDArray[np.float64]
 
 ORDERS = (0, 1, 2)
 
@@ -42,10 +41,8 @@ class Approximation:
     """Of the exact impulses for `time_s`."""
 
     def to_dict(self) -> dict[str, Any]:
-        rows = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return {
-            name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in rows.items()
-        }
+        vectors = {"first_m_s": self.first_m_s.tolist(), "last_m_s": self.last_m_s.tolist()}
+        return asdict(self) | vectors
 
 
 def series(server: ArrayLike, rate_rad_s: float, order: int) -> tuple[float, Array, Array, float]:

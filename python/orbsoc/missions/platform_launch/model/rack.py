@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array
+
 Slot = tuple[int, int]
 """Column from the left and row from the bottom, from 1."""
 

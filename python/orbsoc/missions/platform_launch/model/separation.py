@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from . import kane, two_body
 from .launch import Pair, closed_form, released, slide_after
-
-Array = NDArray[np.float64]
 
 SAMPLES = 121
 """Instants of a history."""

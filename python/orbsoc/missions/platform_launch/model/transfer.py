@@ -13,13 +13,13 @@ from math import cos, pi, sin
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.relative import ClohessyWiltshire
 
-Array = NDArray[np.float64]
 Cost = Literal["squares", "norms"]
 
 PLANE = np.array([0, 1, 3, 4])
@@ -80,7 +80,7 @@ class Transfers:
         near = low[values[low] <= (1.0 + CLOSE) * values.min()]
         return min((self._refined(state, cost, int(k)) for k in near), key=lambda each: each.cost)
 
-    def _low(self, state: Array, cost: Cost) -> tuple[Array, NDArray[np.intp]]:
+    def _low(self, state: Array, cost: Cost) -> tuple[Array, Index]:
         """The cost at every time, and which samples are below their neighbours."""
         with np.errstate(all="ignore"):
             values = np.nan_to_num(costs(self.matrices, state, cost), nan=np.inf)

@@ -6,18 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import Generated, ImpulseProgramme, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from ..model.transfer import PLANE, Cost, Minimum, Transfers, in_plane
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 STARTS = 5.7

@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_clearance
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire
 
 from ..model.launch import LaunchError
 from ..model.transfer import Cost, Transfers, in_plane, programme
 from ..scenario import Scenario
-
-Array = NDArray[np.float64]
 
 ORBITS = 3.0
 """After an engine failure, in which the least distance is sought."""
@@ -56,9 +54,8 @@ def hold_points(
         best = transfers.best(in_plane(shifted), cost)
         last = programme(motion, in_plane(shifted), best.time_s).dv_m_s[1]
         arrival = np.concatenate([[0.0, place, 0.0], -last])
-        near = float(
-            drift_clearance(arrival, motion.mean_motion_rad_s, ORBITS * motion.period_s).distance_m[0]
-        )
+        drift = drift_clearance(arrival, motion.mean_motion_rad_s, ORBITS * motion.period_s)
+        near = float(drift.distance_m[0])
         there = transfers.best(np.array([0.0, place, 0.0, 0.0]), cost).cost
         found.append(HoldPoint(place, best.time_s, best.cost, best.cost - least, near, there))
     return tuple(found)
@@ -116,10 +113,8 @@ class Dispersed:
 
     def to_dict(self) -> dict[str, Any]:
         def told(values: Array) -> dict[str, float]:
-            return {
-                "mean": float(values.mean()), "p95": float(np.quantile(values, 0.95)),
-                "least": float(values.min()), "largest": float(values.max()),
-            }  # fmt: skip
+            numbers = values.mean(), np.quantile(values, 0.95), values.min(), values.max()
+            return dict(zip(("mean", "p95", "least", "largest"), map(float, numbers), strict=True))
 
         names = {"miss_m": self.miss_m, "replanned_cost": self.costs, "replanned_time_s": self.times_s}
         return {"runs": self.miss_m.size, **{name: told(values) for name, values in names.items()}}

@@ -7,19 +7,17 @@ from functools import partial
 from math import degrees
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.chaser_messages import chaser_messages
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme
 from orbsoc.guidance.relative_flight import Forces, RelativeFlight, fly, two_body
 from orbsoc.orbit import Elements, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import absolute_state, local_frame
 
 from ..model.launch import axes
 from ..model.separation import Separation
 from ..scenario import Scenario
-
-Array = NDArray[np.float64]
 
 SAMPLES = 121
 ROUNDS = 20

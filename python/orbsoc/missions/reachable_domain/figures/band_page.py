@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from orbsoc.orbit.array import Array
+
 from ..search.query.results import ReachableDomain
-from .ellipses import EARTH_KM, band_title, largest_ellipses
+from .ellipses import EARTH_KM, band_title, largest_ellipses, sphere
 
 SHADES = 12
 """Groups of one colour in which orbits are drawn: a trace a line would be slow to turn."""
@@ -20,52 +22,32 @@ def write_band(domain: ReachableDomain, path: Path) -> None:
     from plotly.colors import sample_colorscale
 
     orbits = largest_ellipses(domain, samples=121)
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 61), np.linspace(0.0, np.pi, 31))
-    ball = EARTH_KM * np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
-    traces: list[Any] = [
-        go.Surface(
-            x=ball[0],
-            y=ball[1],
-            z=ball[2],
-            showscale=False,
-            colorscale=[[0.0, "#b9c6d2"], [1.0, "#b9c6d2"]],
-            hoverinfo="skip",
-            name="Earth",
-        )
-    ]
+    grey = [[0.0, "#b9c6d2"], [1.0, "#b9c6d2"]]
+    ball = _coordinates(EARTH_KM * sphere(61, 31))
+    traces: list[Any] = [go.Surface(ball, showscale=False, colorscale=grey, hoverinfo="skip", name="Earth")]
     if orbits.curves:
         apogees = orbits.apogees
         logs = np.log10(apogees)
-        group = np.minimum(
-            ((logs - logs.min()) / max(float(np.ptp(logs)), 1e-12) * SHADES).astype(int), SHADES - 1
-        )
+        shares = (logs - logs.min()) / max(float(np.ptp(logs)), 1e-12)
+        group = np.minimum((shares * SHADES).astype(int), SHADES - 1)
         for shade in np.unique(group):
             members = np.flatnonzero(group == shade)
             gap = np.full((1, 3), np.nan)
             line = np.concatenate([np.vstack([orbits.curves[k], gap]) for k in members]).round(1)
             low, high = apogees[members].min(), apogees[members].max()
             colour = sample_colorscale("Viridis", (shade + 0.5) / SHADES)[0]
-            traces.append(
-                go.Scatter3d(
-                    x=line[:, 0],
-                    y=line[:, 1],
-                    z=line[:, 2],
-                    mode="lines",
-                    line={"color": colour, "width": 2},
-                    name=f"apogee {low:.0f}–{high:.0f} km",
-                    hoverinfo="name",
-                )
-            )
+            about = {"name": f"apogee {low:.0f}–{high:.0f} km", "hoverinfo": "name", "mode": "lines"}
+            traces.append(go.Scatter3d(_coordinates(line), line={"color": colour, "width": 2}, **about))
     figure = go.Figure(traces)
+    titles = {f"{axis}axis_title": f"{axis} (km)" for axis in "xyz"}
     figure.update_layout(
         title=band_title(domain, orbits, gap="<br>"),
-        scene={
-            "aspectmode": "data",
-            "xaxis_title": "x (km)",
-            "yaxis_title": "y (km)",
-            "zaxis_title": "z (km)",
-        },
+        scene={"aspectmode": "data", **titles},
         legend={"title": "click to hide"},
         margin={"l": 0, "r": 0, "t": 48, "b": 0},
     )
     figure.write_html(path, include_plotlyjs=True, full_html=True)
+
+
+def _coordinates(points: Array) -> dict[str, Array]:
+    return dict(zip("xyz", np.moveaxis(points, -1, 0), strict=True))

@@ -27,39 +27,21 @@ def draw_figures(domain: ReachableDomain, folder: Path) -> tuple[FigureFile, ...
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    plots: tuple[tuple[str, str, tuple[float, float], Callable[[Figure, ReachableDomain], None]], ...] = (
-        (
-            "apogee_maps.png",
-            "Largest apogee height on each plane, for several bounds on the perigee height. White: not reached; purple, where there is any: the vehicle escapes. "
-            + (edge_note(domain.domain) or "The line is the edge found without the grid."),
-            (11.0, 6.8),
-            draw_maps,
-        ),
-        (
-            "boundary.png",
-            "The edge of the reachable planes for several perigee bounds. Solid inside the grid's search box, dashed"
-            " where the box would cut it off.",
-            (8.2, 6.4),
-            draw_boundary,
-        ),
-        (
-            "projection.png",
-            "Largest orbits of all reached planes at the lowest perigee bound, projected on the equator (after figure 4"
-            " of the paper), seen from over the north pole: lines on the Earth's disc pass over the northern hemisphere,"
-            " what the Earth hides is left out. Colour: apogee height.",
-            (8.8, 5.0),
-            draw_projection,
-        ),
-        (
-            "band.png",
-            "The same orbits in space (after figure 3 of the paper); band.html turns.",
-            (9.6, 5.4),
-            draw_band,
-        ),
-    )
+    note = edge_note(domain.domain)
+    plots: list[tuple[Callable[[Figure, ReachableDomain], None], tuple[float, float], str, str]] = [
+        (draw_maps, (11.0, 6.8), "apogee_maps.png", "Largest apogee height on each plane, for several bounds on the perigee height."
+         " White: not reached; purple, where there is any: the vehicle escapes."
+         f" {note or 'The line is the edge found without the grid.'}"),
+        (draw_boundary, (8.2, 6.4), "boundary.png", "The edge of the reachable planes for several perigee bounds. Solid inside the"
+         " grid's search box, dashed where the box would cut it off."),
+        (draw_projection, (8.8, 5.0), "projection.png", "Largest orbits of all reached planes at the lowest perigee bound, projected"
+         " on the equator (after figure 4 of the paper), seen from over the north pole: lines on the Earth's disc pass over the"
+         " northern hemisphere, what the Earth hides is left out. Colour: apogee height."),
+        (draw_band, (9.6, 5.4), "band.png", "The same orbits in space (after figure 3 of the paper); band.html turns."),
+    ]  # fmt: skip
     written = []
-    for name, caption, size, draw in plots:
-        if draw is draw_boundary and edge_note(domain.domain):
+    for draw, size, name, caption in plots:
+        if draw is draw_boundary and note:
             continue
         with mpl.rc_context(PLAIN):
             figure = Figure(figsize=size, layout=None if draw is draw_band else "constrained")

@@ -6,17 +6,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, Elements, state_from_elements
+from orbsoc.orbit.array import Array
 
 from ..search.query.results import ReachableDomain
-
-Array = NDArray[np.float64]
 
 EARTH_KM = EARTH.earth_radius_m / 1e3
 VIEW_KM = 120_000.0
 """From the Earth's centre, to where orbits are drawn: on the way to 4 million km the Earth would be a dot."""
+
+
+def sphere(around: int, down: int) -> Array:
+    """Unit vectors (down, around, 3) over a sphere, in equal steps of longitude and of the angle from the pole."""
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, around), np.linspace(0.0, np.pi, down))
+    return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,14 +36,10 @@ class Ellipses:
     @property
     def omitted(self) -> str:
         """What the picture leaves out, in words; empty for nothing."""
-        parts = (
-            [f"{self.escaping} escaping plane{'s' * (self.escaping != 1)} not drawn"] if self.escaping else []
-        )
-        if self.cut:
-            parts.append(
-                f"{self.cut} orbit{'s' * (self.cut != 1)} cut at {VIEW_KM:,.0f} km".replace(",", " ")
-            )
-        return ", ".join(parts)
+        view = f"{VIEW_KM:,.0f} km".replace(",", " ")
+        escaping = f"{self.escaping} escaping plane{'s' * (self.escaping != 1)} not drawn"
+        cut = f"{self.cut} orbit{'s' * (self.cut != 1)} cut at {view}"
+        return ", ".join([escaping] * bool(self.escaping) + [cut] * bool(self.cut))
 
 
 def largest_ellipses(domain: ReachableDomain, samples: int = 241) -> Ellipses:

@@ -6,17 +6,16 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from ..search.query.results import ReachableDomain
-from .ellipses import EARTH_KM, band_title, largest_ellipses
+from .ellipses import EARTH_KM, band_title, largest_ellipses, sphere
 from .planes import add_apogee_bar, apogee_norm
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.transforms import Bbox
-
-Array = NDArray[np.float64]
 
 EYE_DEG = (34.0, 68.0)
 """Elevation and azimuth of the eye."""
@@ -130,8 +129,7 @@ def drawn_extent(figure: Figure, axis: Any) -> Bbox:
 
 def _draw_earth(axis: Any) -> None:
     """A ball, lit from above."""
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 73), np.linspace(0.0, np.pi, 37))
-    outward = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    outward = sphere(73, 37)
     lit = 0.62 + 0.38 * np.maximum(0.0, outward @ _towards(LIGHT_DEG))
     colours = np.ones((*lit.shape, 4))
     colours[..., :3] = lit[..., None] * np.array([0.80, 0.86, 0.92])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import inclination_and_node
 
 from ..search.continuation.boundary import edge_note
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 MOST_TICKS = 8
 NARROW = 1.25
@@ -94,7 +93,7 @@ def draw_maps(figure: Figure, domain: ReachableDomain) -> None:
             mesh = axis.pcolormesh(*edges, closed, norm=norm, cmap="viridis", rasterized=True)
         _shade_escape(axis, edges, layer)
         if not edge_note(domain.domain):
-            _draw_edge(axis, domain, float(heights[k]), color="black", linewidth=1.2)
+            _draw_edge(axis, domain, float(heights[k]))
         _mark_current(axis, domain, color="white")
         axis.set_title(bound_words(domain, float(heights[k])), fontsize=10.5)
         axis.set_xlim(*cell_limits(raan))
@@ -134,15 +133,7 @@ def draw_boundary(figure: Figure, domain: ReachableDomain) -> None:
     heights = _spread(domain.limit.height_km, CURVES)
     colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
     for height, colour in zip(heights, colours, strict=True):
-        _draw_edge(
-            axis,
-            domain,
-            float(height),
-            color=colour,
-            linewidth=2.0,
-            label=bound_words(domain, float(height)),
-            clip=True,
-        )
+        _draw_clipped_edge(axis, domain, float(height), colour)
     box = (raan[0], inc[0]), raan[-1] - raan[0], inc[-1] - inc[0]
     axis.add_patch(
         Rectangle(*box, fill=False, edgecolor=VERMILION, linewidth=1.5, label="search box of the grid")
@@ -157,37 +148,26 @@ def draw_boundary(figure: Figure, domain: ReachableDomain) -> None:
     )
 
 
-def _draw_edge(
-    axis: Axes,
-    domain: ReachableDomain,
-    height: float,
-    *,
-    color: Any,
-    linewidth: float,
-    label: str | None = None,
-    clip: bool = False,
-) -> None:
-    """The edge in the plane of node and inclination; with `clip` dashed outside the search box."""
+def _draw_edge(axis: Axes, domain: ReachableDomain, height: float) -> None:
+    """The edge in the plane of node and inclination."""
+    if domain.limit.covers(height):
+        inc, node = edge_curve(domain, height)
+        axis.plot(node, inc, color="black", linewidth=1.2)
+
+
+def _draw_clipped_edge(axis: Axes, domain: ReachableDomain, height: float, colour: Any) -> None:
+    """The same, dashed outside the search box."""
     if not domain.limit.covers(height):
         return
     inc, node = edge_curve(domain, height)
-    if not clip:
-        axis.plot(node, inc, color=color, linewidth=linewidth)
-        return
     grid = domain.scenario.grid
     low, high = grid.inclination_deg.first, grid.inclination_deg.values()[-1]
     west, east = grid.raan_deg.first, grid.raan_deg.values()[-1]
     inside = (inc >= low) & (inc <= high) & (node >= west) & (node <= east)
-    for part, style in ((inside, "-"), (~inside, (0, (3, 2)))):
-        shown = part | np.roll(part, 1) | np.roll(part, -1) if style != "-" else part
-        axis.plot(
-            np.where(shown, node, np.nan),
-            np.where(shown, inc, np.nan),
-            color=color,
-            linewidth=linewidth,
-            linestyle=style,
-            label=label if style == "-" else None,
-        )
+    beyond = ~inside | np.roll(~inside, 1) | np.roll(~inside, -1)
+    for shown, style, label in ((inside, "-", bound_words(domain, height)), (beyond, (0, (3, 2)), None)):
+        lines = (np.where(shown, each, np.nan) for each in (node, inc))
+        axis.plot(*lines, color=colour, linewidth=2.0, linestyle=style, label=label)
 
 
 def _mark_current(axis: Axes, domain: ReachableDomain, *, color: str, label: str | None = None) -> None:

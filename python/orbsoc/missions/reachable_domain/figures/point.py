@@ -6,18 +6,13 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from numpy.typing import NDArray
 
-from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.figure_style import BLUE, GREEN, PLAIN, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
-from orbsoc.guidance.powered_flight import commanded
-from orbsoc.orbit import elements_from_state, propagate_burn
+from orbsoc.orbit import elements_from_state
 
 from ..planner import PointPlan
-
-Array = NDArray[np.float64]
 
 STATES = 121
 FAR = 4.0
@@ -26,7 +21,9 @@ FAR = 4.0
 
 def draw_point(plan: PointPlan, folder: Path) -> FigureFile:
     """Write `orbit.png` of a point that is reached, in the plane of its largest orbit."""
-    states = _flown(plan)
+    assert plan.programme is not None
+    times_s = np.linspace(0.0, plan.scenario.burn.duration_s, STATES)
+    states = plan.scenario.flown(plan.programme, times_s)
     axes, reach = plane_of(states[-1]), FAR * float(np.linalg.norm(states[:, :3], axis=1).max()) / 1e3
     with mpl.rc_context(PLAIN):
         figure, (panel,) = panels((6.6, 6.6))
@@ -36,26 +33,10 @@ def draw_point(plan: PointPlan, folder: Path) -> FigureFile:
                 *draw_orbit(elements_from_state(state[:3], state[3:]), axes, reach), color=colour, label=name
             )
         burn = states[:, :3] @ axes.T / 1e3
-        duration_s = plan.scenario.burn.duration_s
-        panel.plot(burn[:, 0], burn[:, 1], color=VERMILION, linewidth=4.0, label=f"burn, {duration_s:.1f} s")
+        panel.plot(burn[:, 0], burn[:, 1], color=VERMILION, linewidth=4.0, label=f"burn, {times_s[-1]:.1f} s")
         panel.set_aspect("equal", adjustable="datalim")
-        panel.set_xlabel("along the last position of the burn (km)")
-        panel.set_ylabel("ahead of it (km)")
+        panel.set(xlabel="along the last position of the burn (km)", ylabel="ahead of it (km)")
         figure.legend(loc="outside lower center", ncols=3)
         figure.suptitle(f"{plan.scenario.name}: the largest orbit in one plane")
         words = "The orbit before, the burn and the largest orbit, seen along the normal of its plane."
         return write_png(figure, folder, "orbit.png", words)
-
-
-def _flown(plan: PointPlan) -> Array:
-    """States of the burn, (K, 6), ECI, SI, by the attitude programme normalised."""
-    assert plan.programme is not None
-    scenario = plan.scenario
-    times_s = np.linspace(0.0, scenario.burn.duration_s, STATES)
-    programme = commanded(legendre_gauss(len(plan.programme)), plan.programme, times_s[-1])
-
-    def steering(t_s: float, state: Array) -> Array:
-        vector = np.asarray(programme(t_s, state))
-        return np.asarray(vector / np.linalg.norm(vector))
-
-    return propagate_burn(scenario.initial_eci(), scenario.vehicle.thruster(), steering, times_s)

@@ -10,7 +10,7 @@ not priced; a subproblem of the edge counts as one of the plane, which has one e
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import product
 from typing import Any, Protocol
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.solution import Status
+from orbsoc.orbit.array import Array
 from orbsoc.solving.solver import solve
 
 from ..model.direct.condensed import condense
@@ -37,6 +38,10 @@ TILTS_DEG = (3.0, 1.0, 0.3, 0.1, 0.0)
 """Tilts of the plane that the priced sequence steers to, the first within reach."""
 
 
+PRICED = ("iterations", "cycles_per_iteration", "most_cycles", "speedup")
+"""Numbers of a price that `summary.json` tells."""
+
+
 class Price(Protocol):
     """Modelled price of a solve of one pattern, as `orbsoc.hw.representative_solves.SolvePrice`."""
 
@@ -52,34 +57,20 @@ class Price(Protocol):
     def speedup(self) -> float: ...
 
 
-@dataclass(frozen=True, slots=True)
-class PatternCost:
-    """Modelled cost of a subproblem on one grid: its PL cycles per interior-point iteration, a solve's start shared out
-    among them, the iterations, the most cycles of a subproblem that was priced, and the speedup over the PS alone."""
-
-    nodes: int
-    subproblems: int
-    iterations: float
-    cycles_per_iteration: float
-    most_cycles: float
-    speedup: float
-
-    @property
-    def cycles(self) -> float:
-        """Of a subproblem, in the mean."""
-        return self.iterations * self.cycles_per_iteration
+def mean_cycles(price: Price) -> float:
+    """PL cycles of a subproblem, in the mean: a solve's start is shared out among its interior-point iterations."""
+    return price.iterations * price.cycles_per_iteration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DomainCost:
-    """Modelled cost on one device under one partition: per grid, per point in PL clock cycles (`cycles`, in the table's
-    order), and of the whole domain. `points_per_s` counts every point of the table, those with a reused plan included."""
+    """Modelled cost on one device under one partition, by grid: the price of a subproblem, and how many of them every point
+    has, in the table's order. `points_per_s` counts every point of the table, those with a reused plan included."""
 
     device: str
     partition: str
-    pl_clock_mhz: float
-    patterns: tuple[PatternCost, ...]
-    cycles: NDArray[np.float64]
+    prices: Mapping[int, Price]
+    subproblems: Mapping[int, NDArray[np.int32]]
     deadline_ms: float | None
 
     @classmethod
@@ -92,21 +83,18 @@ class DomainCost:
         deadline_ms: float | None = None,
     ) -> DomainCost:
         """Price the subproblems that the table counts; `prices` has one for the nodes of every grid in use."""
-        cycles, clock = np.zeros(len(found.points["status"])), float("nan")
-        patterns: list[PatternCost] = []
-        for nodes, price in prices.items():
-            own, clock = found.points[subproblems_on(nodes)], price.pl_clock_mhz
-            pattern = PatternCost(
-                nodes,
-                int(own.sum()),
-                price.iterations,
-                price.cycles_per_iteration,
-                price.most_cycles,
-                price.speedup,
-            )
-            cycles += own * pattern.cycles
-            patterns.append(pattern)
-        return cls(device, partition, clock, tuple(patterns), cycles, deadline_ms)
+        own = {nodes: found.points[subproblems_on(nodes)] for nodes in prices}
+        return cls(device, partition, prices, own, deadline_ms)
+
+    @property
+    def pl_clock_mhz(self) -> float:
+        return next((price.pl_clock_mhz for price in self.prices.values()), float("nan"))
+
+    @property
+    def cycles(self) -> Array:
+        """PL clock cycles of every point."""
+        rows = [self.subproblems[nodes] * mean_cycles(price) for nodes, price in self.prices.items()]
+        return np.asarray(np.sum(rows, axis=0))
 
     @property
     def domain_s(self) -> float:
@@ -119,9 +107,11 @@ class DomainCost:
     @property
     def speedup(self) -> float:
         """All subproblems on the PS alone, over this partition; below 1 the PL makes them slower."""
-        own = [pattern.subproblems * pattern.cycles for pattern in self.patterns]
-        base = [cost * pattern.speedup for cost, pattern in zip(own, self.patterns, strict=True)]
-        return sum(base) / sum(own) if sum(own) > 0.0 else 1.0
+        counted = [
+            (self.subproblems[nodes].sum() * mean_cycles(each), each) for nodes, each in self.prices.items()
+        ]
+        total = sum(cycles for cycles, _ in counted)
+        return float(sum(cycles * each.speedup for cycles, each in counted) / total) if total > 0.0 else 1.0
 
     @property
     def points_within_deadline(self) -> int | None:
@@ -135,7 +125,15 @@ class DomainCost:
             "device": self.device,
             "partition": self.partition,
             "pl_clock_mhz": self.pl_clock_mhz,
-            "patterns": [{**asdict(pattern), "cycles": pattern.cycles} for pattern in self.patterns],
+            "patterns": [
+                {
+                    "nodes": nodes,
+                    "subproblems": int(self.subproblems[nodes].sum()),
+                    **{name: getattr(price, name) for name in PRICED},
+                    "cycles": mean_cycles(price),
+                }
+                for nodes, price in self.prices.items()
+            ],
             "domain_s": self.domain_s,
             "point_us": point_cycles / self.pl_clock_mhz,
             "point_pl_cycles": point_cycles,

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance import ccsds
-from orbsoc.guidance.ccsds import DEFAULT_EPOCH, Subject
-from orbsoc.guidance.collocation import legendre_gauss
-from orbsoc.guidance.powered_flight import commanded
-from orbsoc.orbit import propagate_burn
+from orbsoc.guidance.ccsds import Subject
+from orbsoc.orbit.array import Array
 
 from ..search.continuation.boundary import inside_box
 from ..search.continuation.table import PointStatus
 from ..search.query.envelope import is_paper_case
 from ..search.query.results import ReachableDomain
-
-Array = NDArray[np.float64]
 
 NODES_FROM = "the zero of its nodes"
 NODES_FROM_GREENWICH = "the meridian of Greenwich at launch"
@@ -28,14 +22,12 @@ NODES_FROM_GREENWICH = "the meridian of Greenwich at launch"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlownPoint:
-    """A reached point flown by DOP853: times (K,) in s, states (K, 6) in ECI, SI, the propellant spent in kg, and what the
-    x axis of these ECI axes points to."""
+    """A reached point flown by DOP853: times (K,) in s, states (K, 6) in ECI, SI, and the mass at cut-off."""
 
-    name: str
-    x_axis: str
+    subject: Subject
     times_s: Array
     states: Array
-    propellant_kg: float
+    mass_kg: float
 
 
 def fly_point(
@@ -59,25 +51,19 @@ def fly_point(
     vectors = points["commands"][row].reshape(-1, 3)
     scenario, duration_s = domain.scenario, domain.scenario.burn.duration_s
     times_s = np.append(np.arange(0.0, duration_s - 1e-9, step_s), duration_s)
-
-    steering = commanded(legendre_gauss(len(vectors)), vectors, duration_s)
-    states = propagate_burn(scenario.initial_eci(), scenario.vehicle.thruster(), steering, times_s)
+    states = scenario.flown(vectors, times_s)
     name = f"{scenario.name} {inc_deg:g} {raan_deg:g} {perigee_km:g}"
     x_axis = NODES_FROM_GREENWICH if is_paper_case(scenario) else NODES_FROM
-    return FlownPoint(name, x_axis, times_s, states, scenario.vehicle.mass_flow_kg_s * duration_s)
+    left_kg = scenario.vehicle.mass_kg - scenario.vehicle.mass_flow_kg_s * duration_s
+    return FlownPoint(Subject(name, x_axis, "ignition"), times_s, states, left_kg)
 
 
-def oem(flown: FlownPoint, epoch: datetime = DEFAULT_EPOCH) -> str:
+def oem(flown: FlownPoint) -> str:
     """The burn as an Orbit Ephemeris Message."""
     comment = "powered arc; constant thrust, no interpolation is implied across cut-off"
-    return ccsds.oem(_subject(flown, epoch), flown.times_s, flown.states, comment=comment)
+    return ccsds.oem(flown.subject, flown.times_s, flown.states, comment=comment)
 
 
-def opm(flown: FlownPoint, mass_kg: float, epoch: datetime = DEFAULT_EPOCH) -> str:
-    """The state and elements at cut-off as an Orbit Parameter Message; `mass_kg` is the mass at ignition."""
-    left_kg = mass_kg - flown.propellant_kg
-    return ccsds.opm(_subject(flown, epoch), float(flown.times_s[-1]), flown.states[-1], mass_kg=left_kg)
-
-
-def _subject(flown: FlownPoint, epoch: datetime) -> Subject:
-    return Subject(flown.name, flown.x_axis, "ignition", epoch)
+def opm(flown: FlownPoint) -> str:
+    """The state and elements at cut-off as an Orbit Parameter Message."""
+    return ccsds.opm(flown.subject, float(flown.times_s[-1]), flown.states[-1], mass_kg=flown.mass_kg)

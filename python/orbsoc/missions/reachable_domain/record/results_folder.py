@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from orbsoc.orbit.array import Array
 from orbsoc.sweep import DaskCluster, Executor, Inline, Processes, Report, ShardStore, Task, run
 from orbsoc.sweep.store import JOURNAL, Columns
 
 from ..scenario import Scenario
-from ..search.continuation.boundary import first_azimuths
+from ..search.continuation.boundary import first_azimuths, next_azimuths
 from ..search.continuation.domain import Domain
 from ..search.continuation.tasks import boundary_shards, grid_shards, solve_boundary_shard, solve_grid_shard
-from ..search.query.resolved_boundary import next_azimuths
 from ..search.query.results import BOUNDARY, POINTS
 
 Watcher = Callable[[Report, Task, Columns], None]
@@ -59,7 +56,7 @@ def _solve_boundary(
         number += len(more)
 
 
-def _boundary_tasks(domain: Domain, azimuths: NDArray[np.float64], first: int) -> list[Task]:
+def _boundary_tasks(domain: Domain, azimuths: Array, first: int) -> list[Task]:
     """Tasks numbered from `first`."""
     shards = enumerate(boundary_shards(domain, azimuths), start=first)
     return [Task(BOUNDARY, k, rows, payload) for k, (rows, payload) in shards]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..planner import CHECKED
 from ..search.continuation.boundary import edge_note
 from ..search.continuation.table import PointStatus
 from ..search.query.envelope import envelope, limits
@@ -66,5 +67,4 @@ def nearest_to_the_edge(domain: ReachableDomain, within_deg: float = 0.02) -> li
 
 def _worst(points: dict[str, Any], reached: Any) -> dict[str, float]:
     """The largest miss of any reached point."""
-    names = ("sma_error_rel", "plane_error_rad", "perigee_short_m", "altitude_short_m", "raw_most_rel")
-    return {name: float(points[name][reached].max()) if reached.any() else 0.0 for name in names}
+    return {name: float(points[name][reached].max()) if reached.any() else 0.0 for name in CHECKED}

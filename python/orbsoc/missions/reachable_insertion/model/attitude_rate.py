@@ -24,10 +24,10 @@ from orbsoc.guidance.collocation import (
 )
 from orbsoc.guidance.powered_flight import BurnVariables, Trajectory
 
+from .. import tuning
+
 Array = NDArray[np.float64]
 
-CONES_PER_NODE = 4
-"""Bounded points; between them the interpolant turns at most 8 % faster, and some 0.1 % where its rate is at the bound."""
 SAMPLES_PER_NODE = 64
 STEP = 1e-5
 """Of the central differences, in τ."""
@@ -94,7 +94,7 @@ class RateBound:
 def slope_matrix(nodes: int) -> Array:
     """From nodal values to the derivative of their interpolant at the bounded points (4N + 1, N)."""
     grid = legendre_gauss(nodes)
-    return interpolation_matrix(grid.nodes, _dense(CONES_PER_NODE * nodes)) @ differentiation_matrix(
+    return interpolation_matrix(grid.nodes, _dense(tuning.CONES_PER_NODE * nodes)) @ differentiation_matrix(
         grid.nodes
     )
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,14 +22,16 @@ from orbsoc.conic.solution import Solution
 from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from orbsoc.guidance.scp import Step, Subproblem
 
-from ..targets.any_target import AnyTarget
+from .. import tuning
 from ..targets.rows import PLANE_ROWS, TERMINAL_ROWS, Row
-from ..targets.target_orbit import LinearVectors, TargetOrbit
+from ..targets.target import Target
+from ..targets.target_orbit import LargestOrbit, LinearVectors
 from .attitude_rate import RateBound
 
 Array = NDArray[np.float64]
 Figures = Callable[[Trajectory], Mapping[str, float]]
 """A mission's own columns of the iteration table."""
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,129 +45,112 @@ class Iterate:
 
 
 @dataclass(frozen=True, slots=True)
-class MinTime:
-    """Problem A (eqs. 13, 20): the shortest burn onto the target orbit; S_H = S_L = 1. Elements left free have no row."""
+class _BurnProblem(Generic[T]):
+    """What the three have in common; `slack_weight` is the L1 penalty of terminal rows, without which they are hard."""
 
     burn: Burn
-    target: AnyTarget
-    slack_weight: float
+    target: T
+    slack_weight: float | None
     figures: Figures
     turn: RateBound | None = None
 
-    def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
+    def _begun(self, reference: Trajectory, worth: float) -> tuple[ConicBuilder, BurnVariables]:
+        """The collocated burn and the bound on its turn, where a unit of time without thrust adds `worth` to the cost."""
         builder = ConicBuilder()
-        variables = add_burn(builder, self.burn, reference.trajectory, free_duration=True)
-        assert variables.duration is not None
+        variables = add_burn(builder, self.burn, reference, free_duration=isinstance(self, MinTime))
         if self.turn is not None:
-            self.turn.add(builder, variables, reference.trajectory, worth=1.0)
+            self.turn.add(builder, variables, reference, worth)
+        return builder, variables
+
+    def _step(
+        self,
+        builder: ConicBuilder,
+        solution: Solution,
+        reference: Iterate,
+        slack: Slack | None,
+        scales: tuple[float, float] = (1.0, 1.0),
+    ) -> Step[Iterate]:
+        """The next iterate, how far it moved, and its total slack."""
+        last, free = reference.trajectory, isinstance(self, MinTime)
+        trajectory = read_burn(builder, solution, last, free_duration=free)
+        violations = slack.read(builder, solution) if slack else ()
+        total = sum(abs(value) for _, value in violations)
+        iterate = Iterate(trajectory, *scales, violations)
+        return Step(iterate, trajectory.change_from(last), total, self.figures(trajectory))
+
+
+@dataclass(frozen=True, slots=True)
+class MinTime(_BurnProblem[Target]):
+    """Problem A (eqs. 13, 20): the shortest burn onto the target orbit; S_H = S_L = 1. Elements left free have no row."""
+
+    def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
+        builder, variables = self._begun(reference.trajectory, worth=1.0)
+        assert variables.duration is not None
+        assert self.slack_weight is not None
         builder.cost(variables.duration, [1.0])
         block, rhs = self.target.linear_rows(reference.trajectory.end)
         slack = Slack.add(builder, self.target.rows, self.slack_weight)
         builder.equality([(variables.end, stored(block)), *slack.terms()], rhs)
-
-        def read(solution: Solution) -> Step[Iterate]:
-            return _step(builder, solution, reference, slack, self.figures, free_duration=True)
-
-        return Subproblem(builder.build(), read)
-
-
-GAIN = 10.0
-"""Scale of the unknowns GAIN · (S − Ŝ) of `MaxEnergyFixedPerigee`.
-
-The largest S_H is flat in the thrust directions: at S_H ≈ 1 a relative gap of 1e-10 leaves them 1e-4 rad apart
-between two solvers, and the interpolated thrust as far from unit length. Measured from the reference the cost tends
-to 0, its gap becomes absolute, and the scale sharpens it: |ΔL|/μ on rec1 and rec2 went from 5e-9 to 5e-10.
-"""
+        return Subproblem(builder.build(), lambda solution: self._step(builder, solution, reference, slack))
 
 
 @dataclass(frozen=True, slots=True)
-class MaxEnergyFixedPerigee:
+class MaxEnergyFixedPerigee(_BurnProblem[LargestOrbit]):
     """Problem B (eqs. 10, 19): the largest S_H with the perigee radius and direction given; S_L ≥ 0.
 
     r_p = r_pf means S_H² p_f = r_pf (1 + S_L e_f), linearised in S_H.
     """
 
-    burn: Burn
-    target: TargetOrbit
-    perigee_radius: float
-    slack_weight: float
-    figures: Figures
-    turn: RateBound | None = None
-
     def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
-        builder = ConicBuilder()
-        variables = add_burn(builder, self.burn, reference.trajectory, free_duration=False)
-        if self.turn is not None:
-            radius = float(np.linalg.norm(reference.trajectory.end[:3]))
-            worth = GAIN * self.burn.acceleration * radius / self.target.momentum
-            self.turn.add(builder, variables, reference.trajectory, worth)
+        end, target, gain = reference.trajectory.end, self.target, tuning.GAIN
+        worth = gain * self.burn.acceleration * float(np.linalg.norm(end[:3])) / target.momentum
+        builder, variables = self._begun(reference.trajectory, worth)
+        assert self.slack_weight is not None
         gains = builder.variable("gains", 2)
         reached = np.array([reference.momentum_scale, reference.laplace_scale])
-        builder.nonnegative([(gains, -np.eye(2) / GAIN)], reached)
+        builder.nonnegative([(gains, -np.eye(2) / gain)], reached)
         builder.cost(gains, [-1.0, 0.0])
 
-        block, rhs = self.target.scaled_rows(reference.trajectory.end)
+        block, rhs = target.scaled_rows(end)
         by_scales = np.zeros((5, 2))
-        by_scales[2, 0], by_scales[3, 1] = -self.target.momentum, -self.target.eccentricity
-        slack = Slack.add(builder, TERMINAL_ROWS, GAIN * self.slack_weight)
-        builder.equality(
-            [(variables.end, stored(block)), (gains, by_scales / GAIN), *slack.terms()],
-            rhs - by_scales @ reached,
-        )
+        by_scales[2, 0], by_scales[3, 1] = -target.momentum, -target.eccentricity
+        slack = Slack.add(builder, TERMINAL_ROWS, gain * self.slack_weight)
+        terms = [(variables.end, stored(block)), (gains, by_scales / gain), *slack.terms()]
+        builder.equality(terms, rhs - by_scales @ reached)
 
-        p = self.target.momentum**2
-        perigee_row = np.array(
-            [2.0 * reached[0] * p, -self.perigee_radius * self.target.eccentricity], ndmin=2
-        )
-        perigee_rhs = self.perigee_radius + reached[0] ** 2 * p
-        builder.equality([(gains, perigee_row / GAIN)], perigee_rhs - perigee_row @ reached)
+        p, radius = target.momentum**2, target.perigee_radius
+        perigee_row = np.array([2.0 * reached[0] * p, -radius * target.eccentricity], ndmin=2)
+        builder.equality([(gains, perigee_row / gain)], radius + reached[0] ** 2 * p - perigee_row @ reached)
 
         def read(solution: Solution) -> Step[Iterate]:
-            s_h, s_l = reached + builder.value(solution, "gains") / GAIN
-            return _step(builder, solution, reference, slack, self.figures, scales=(float(s_h), float(s_l)))
+            s_h, s_l = reached + builder.value(solution, "gains") / gain
+            return self._step(builder, solution, reference, slack, (float(s_h), float(s_l)))
 
         return Subproblem(builder.build(), read)
 
 
 @dataclass(frozen=True, slots=True)
-class MaxEnergyFreePerigee:
-    """Largest energy on the target's plane with perigee radius ≥ `perigee_radius`, its direction free.
+class MaxEnergyFreePerigee(_BurnProblem[LargestOrbit]):
+    """Largest energy on the target's plane with at least its perigee radius, its direction free.
 
     e ≤ |H|²/r_p − 1 is one three-dimensional cone in the in-plane components of L, well defined at e = 0; the
-    square (n·H)² is linearised. Without `slack_weight` the rows are hard.
+    square (n·H)² is linearised.
     """
 
-    burn: Burn
-    target: TargetOrbit
-    perigee_radius: float
-    slack_weight: float | None
-    figures: Figures
-    turn: RateBound | None = None
-
     def __call__(self, reference: Iterate) -> Subproblem[Iterate]:
-        builder = ConicBuilder()
-        trajectory = reference.trajectory
-        variables = add_burn(builder, self.burn, trajectory, free_duration=False)
-        position, velocity = trajectory.end[:3], trajectory.end[3:]
-        gradient = np.concatenate([position / np.linalg.norm(position) ** 3, velocity])
-        builder.cost(variables.end, -gradient)
-        if self.turn is not None:
-            worth = self.burn.acceleration * float(np.linalg.norm(velocity))
-            self.turn.add(builder, variables, trajectory, worth)
-
-        linear = LinearVectors.about(trajectory.end)
-        in_plane = np.vstack([self.target.perigee, self.target.ahead])
+        end = reference.trajectory.end
+        position, velocity = end[:3], end[3:]
+        worth = self.burn.acceleration * float(np.linalg.norm(velocity))
+        builder, variables = self._begun(reference.trajectory, worth)
+        builder.cost(variables.end, -np.concatenate([position / np.linalg.norm(position) ** 3, velocity]))
+        linear, in_plane = LinearVectors.about(end), np.vstack([self.target.perigee, self.target.ahead])
         slack = None
         if self.slack_weight is not None:
             slack = Slack.add(builder, PLANE_ROWS, self.slack_weight, one_sided=(Row.PERIGEE_RADIUS,))
         plane: list[Term] = [(variables.end, stored(in_plane @ linear.momentum_jacobian))]
         builder.equality([*plane, *(slack.terms() if slack else ())], -in_plane @ linear.momentum_value)
-        self._add_perigee_cone(builder, variables, trajectory.end, linear, slack)
-
-        def read(solution: Solution) -> Step[Iterate]:
-            return _step(builder, solution, reference, slack, self.figures)
-
-        return Subproblem(builder.build(), read)
+        self._add_perigee_cone(builder, variables, end, linear, slack)
+        return Subproblem(builder.build(), lambda solution: self._step(builder, solution, reference, slack))
 
     def _add_perigee_cone(
         self,
@@ -177,8 +163,8 @@ class MaxEnergyFreePerigee:
         """‖in-plane L‖ ≤ (n·H)²/r_p − 1 with (n·H)² ≈ ĥ² + 2ĥ (n·J)(x − x̂)."""
         normal = self.target.normal
         h = normal @ (linear.momentum_value + linear.momentum_jacobian @ end)
-        slope = 2.0 * h * (normal @ linear.momentum_jacobian) / self.perigee_radius
-        head = h**2 / self.perigee_radius - 1.0 - slope @ end
+        slope = 2.0 * h * (normal @ linear.momentum_jacobian) / self.target.perigee_radius
+        head = h**2 / self.target.perigee_radius - 1.0 - slope @ end
         in_plane = np.vstack([self.target.perigee, self.target.ahead])
         block = -np.vstack([slope, in_plane @ linear.laplace_jacobian])
         terms: list[Term] = [(variables.end, stored(block))]
@@ -242,24 +228,3 @@ class Slack:
         if self.head is not None:
             values += zip(self.one_sided, builder.value(solution, "slack_head") / self.weight, strict=True)
         return tuple((row, float(value)) for row, value in values)
-
-
-def _step(
-    builder: ConicBuilder,
-    solution: Solution,
-    reference: Iterate,
-    slack: Slack | None,
-    figures: Figures,
-    *,
-    free_duration: bool = False,
-    scales: tuple[float, float] = (1.0, 1.0),
-) -> Step[Iterate]:
-    """The next iterate, how far it moved, and its total slack."""
-    trajectory = read_burn(builder, solution, reference.trajectory, free_duration=free_duration)
-    violations = slack.read(builder, solution) if slack else ()
-    return Step(
-        iterate=Iterate(trajectory, *scales, violations),
-        change=trajectory.change_from(reference.trajectory),
-        slack=sum(abs(value) for _, value in violations),
-        figures=figures(trajectory),
-    )

@@ -16,8 +16,7 @@ import numpy as np
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.perturbations import EARTH_J2
 
-from ..targets.any_target import AnyTarget
-from ..targets.target_orbit import TargetOrbit
+from ..targets.target import Target
 
 OBLATE_COAST = 3.0 * EARTH_J2 * (1.0 + 1e-9)
 """By how much a coast with J2 above the ground can change w², canonical."""
@@ -36,14 +35,13 @@ class Proof:
 
 def proof_of_infeasibility(
     burn: Burn,
-    target: AnyTarget,
+    target: Target,
     duration: float,
     *,
-    whole_orbit: bool,
     coasts: bool = False,
     drift: float = 0.0,
 ) -> Proof | None:
-    """Why no burn of at most `duration` ends on the target orbit (its plane alone unless `whole_orbit`); None for no proof.
+    """Why no burn of at most `duration` ends on the target; None for no proof.
 
     With `coasts` it is a proof for several burns of that duration together, with coasts before and between them that change w² by
     `drift` at most, all together: w ↦ √(w² + drift) lifts a small w most, so that all of it may be added to the smaller of both ends.
@@ -60,16 +58,11 @@ def proof_of_infeasibility(
     climb = max(0.0, float(r @ v) / radius) * duration + 0.5 * lift * duration**2 + delta_v * duration
     highest = radius + min(climb, fastest * duration)
     h = np.cross(r, v)
-    if whole_orbit:
-        needed = target.momentum_gap(h)
-    else:
-        assert isinstance(target, TargetOrbit)
-        across = float(np.linalg.norm(np.cross(h, target.normal)))
-        needed = across if h @ target.normal > 0.0 else float(np.linalg.norm(h))
+    needed = target.momentum_gap(h)
     if not coasts and needed > highest * has:
         return Proof("turning and changing the angular momentum", needed / highest, delta_v)
     energy = target.energy
-    if whole_orbit and energy is not None:
+    if energy is not None:
         last = float(np.sqrt(max(0.0, 2.0 * (energy + 1.0 / GROUND))))
         needed = max(last, first) - float(np.sqrt(min(last, first) ** 2 + drift))
         if needed > has:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
@@ -12,39 +9,13 @@ from scipy.integrate import trapezoid
 from orbsoc.guidance.ccsds import FRAME, InertialManoeuvre, Subject, oem, opm
 from orbsoc.orbit import rotate_state
 
-from ..model.coast import coasted
 from ..scenario import Scenario
-from ..verification import Flight
+from ..verification import Arcs, Flight
 
 Array = NDArray[np.float64]
-COAST_STEP_S = 60.0
 
 
-class FlownBurn(NamedTuple):
-    """When it begins, counted from the scenario's state, and its flight."""
-
-    ignition_s: float
-    flight: Flight
-
-
-class FlownArc(NamedTuple):
-    """A coast: times (K,) from the scenario's state, and states (K, 6) in the axes of plans."""
-
-    times_s: Array
-    states: Array
-
-
-def first_coast(scenario: Scenario, ignition_s: float) -> FlownArc:
-    """From the scenario's state to the first ignition."""
-    times = np.linspace(0.0, ignition_s, 2 + int(ignition_s / COAST_STEP_S))
-    return (
-        FlownArc(times, coasted(scenario, times, independent=True))
-        if ignition_s
-        else FlownArc(np.empty(0), np.empty((0, 6)))
-    )
-
-
-def messages(scenario: Scenario, coasts: Sequence[FlownArc], burns: Sequence[FlownBurn]) -> dict[str, str]:
+def messages(scenario: Scenario, arcs: Arcs) -> dict[str, str]:
     """`orbit.oem` and `orbit.opm`, in the frame of `[initial]`, or in the scenario's ECI where it names none."""
     initial = scenario.initial
     subject = Subject(
@@ -54,36 +25,29 @@ def messages(scenario: Scenario, coasts: Sequence[FlownArc], burns: Sequence[Flo
         **({} if initial.epoch is None else {"epoch": initial.epoch}),
         frame=initial.axes_name or FRAME,
     )
-    to_eci = scenario.eci_rotation
-    arcs = [
-        *coasts,
-        *(FlownArc(each.ignition_s + each.flight.times_s, each.flight.propagated) for each in burns),
-    ]
-    times = np.concatenate([each.times_s for each in arcs])
-    states = np.concatenate([each.states for each in arcs])
+    to_eci, starts_s = scenario.eci_rotation, arcs.starts_s
+    times = [start_s + each.times_s for start_s, each in zip(starts_s[::2], arcs.coasts, strict=True)]
+    times += [start_s + each.times_s for start_s, each in zip(starts_s[1::2], arcs.burns, strict=True)]
+    states = np.concatenate([each.states for each in arcs.coasts] + [each.propagated for each in arcs.burns])
     # microseconds, as the messages have them: an instant that two arcs share is told once
-    _, once = np.unique(np.round(times, 6), return_index=True)
+    _, once = np.unique(np.round(np.concatenate(times), 6), return_index=True)
     manoeuvres, mass_kg = [], scenario.vehicle.mass_kg
-    for burn in burns:
-        manoeuvre = _manoeuvre(scenario, burn, mass_kg)
-        manoeuvres.append(manoeuvre)
-        mass_kg += manoeuvre.delta_mass_kg
+    for ignition_s, burn in zip(starts_s[1::2], arcs.burns, strict=True):
+        manoeuvres.append(_manoeuvre(scenario, ignition_s, burn, mass_kg))
+        mass_kg += manoeuvres[-1].delta_mass_kg
     flown = rotate_state(to_eci, states[once])
     comment = "coasts and burns as flown by the check, DOP853"
     start = rotate_state(to_eci, scenario.launch_inertial(initial))
     return {
-        "orbit.oem": oem(subject, times[once], flown, comment=comment),
+        "orbit.oem": oem(subject, np.concatenate(times)[once], flown, comment=comment),
         "orbit.opm": opm(subject, 0.0, start, mass_kg=scenario.vehicle.mass_kg, manoeuvres=manoeuvres),
     }
 
 
-def _manoeuvre(scenario: Scenario, burn: FlownBurn, mass_kg: float) -> InertialManoeuvre:
+def _manoeuvre(scenario: Scenario, ignition_s: float, burn: Flight, mass_kg: float) -> InertialManoeuvre:
     """The burn with the integral of its thrust over mass."""
-    vehicle, times = scenario.vehicle, burn.flight.times_s
-    mass = mass_kg - vehicle.mass_flow_kg_s * times
-    acceleration = vehicle.thrust_n / mass[:, None] * burn.flight.direction
+    vehicle, times = scenario.vehicle, burn.times_s
+    acceleration = vehicle.thrust_n / (mass_kg - vehicle.mass_flow_kg_s * times)[:, None] * burn.direction
     x, y, z = (float(each) for each in scenario.eci_rotation @ trapezoid(acceleration, times, axis=0))
-    duration_s = float(times[-1])
-    return InertialManoeuvre(
-        burn.ignition_s, (x, y, z), duration_s=duration_s, delta_mass_kg=-vehicle.mass_flow_kg_s * duration_s
-    )
+    spent_kg, duration_s = vehicle.mass_flow_kg_s * float(times[-1]), float(times[-1])
+    return InertialManoeuvre(ignition_s, (x, y, z), duration_s=duration_s, delta_mass_kg=-spent_kg)

@@ -13,26 +13,22 @@ from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
 from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
+from orbsoc.orbit.vectors import specific_energy
 
+from .. import tuning
 from ..model.attitude_rate import RateBound
-from ..model.coast import at_ignition
+from ..model.coast import at_ignition, coasted
 from ..model.problems import Iterate, MaxEnergyFixedPerigee, MaxEnergyFreePerigee, MinTime
 from ..scenario import Scenario
-from ..starts.guess import along_velocity, propagated, towards_plane
-from ..starts.steering_law import Law
-from ..targets.any_target import AnyTarget
+from ..starts.directions import along_velocity, propagated, towards_plane
+from ..starts.steering_law import Law, grid_resolves
 from ..targets.free_target import FreeTarget
-from ..targets.target_orbit import TargetOrbit
+from ..targets.target import Target
+from ..targets.target_orbit import LargestOrbit, TargetOrbit
 from ..verification import Verification, verify
 
 Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]
-
-FIRM = 100.0
-"""Factor on the weight of the slack where a start already meets the terminal rows.
-
-The penalty is exact only above the rows' multipliers, and those of a short burn, which moves the vehicle little, reach 1e4.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +36,15 @@ class InsertionSetup:
     """The burn from where the coast of `ignition_s` ends, the target orbit, and the units that both are in."""
 
     scenario: Scenario
-    target: AnyTarget
+    target: Target
     burn: Burn
     units: CanonicalUnits
     start_si: Array
     ignition_s: float = 0.0
     turn: RateBound | None = None
     """Of the subproblems that are to hold one."""
+    is_unbounded: bool = False
+    """Whether a bound on the attitude rate was taken away."""
 
     @classmethod
     def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
@@ -60,33 +58,55 @@ class InsertionSetup:
     @property
     def rate_bound(self) -> float | None:
         """The fastest turn allowed, rad per canonical time."""
-        limits = self.scenario.limits
-        return None if limits is None else float(np.deg2rad(limits.attitude_rate_deg_s)) * self.units.time_s
+        bound = self.scenario.limits.attitude_rate_deg_s
+        return None if bound is None else float(np.deg2rad(bound)) * self.units.time_s
 
     @property
     def unbounded(self) -> InsertionSetup:
         """The same without a bound on the attitude rate."""
-        return replace(self, scenario=self.scenario.with_changes(limits=None), turn=None)
+        if self.rate_bound is None:
+            return self
+        free = self.scenario.with_changes(limits={"attitude_rate_deg_s": None})
+        return replace(self, scenario=free, turn=None, is_unbounded=True)
+
+    def at(self, ignition_s: float) -> InsertionSetup:
+        """The same after a coast of another length."""
+        if ignition_s == self.ignition_s:
+            return self
+        return replace(InsertionSetup.of(self.scenario, ignition_s), is_unbounded=self.is_unbounded)
+
+    @property
+    def latest_ignition_s(self) -> float:
+        """The scenario's, or one revolution of the first orbit; no later than the coast gets too low."""
+        scenario, start = self.scenario, self.scenario.launch_inertial(self.scenario.initial)
+        first = elements_from_state(start[:3], start[3:])
+        energy = specific_energy(self.burn.start[:3], self.burn.start[3:], 1.0)
+        period = (-0.5 / energy) ** 1.5 if energy < -1e-6 else None
+        turn_s = (
+            tuning.WITHOUT_PERIOD_S if period is None else float(2.0 * np.pi * period * self.units.time_s)
+        )
+        latest = scenario.burn.latest_ignition_s or turn_s
+        lowest_m = EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
+        if first.perigee_radius_m > lowest_m + tuning.OBLATE_M * scenario.burn.coast_j2:
+            return latest
+        times = np.linspace(0.0, latest, tuning.LOOKS)
+        low = np.linalg.norm(coasted(scenario, times)[:, :3], axis=1) < lowest_m
+        return float(times[max(int(low.argmax()) - 1, 0)]) if low.any() else latest
 
     @property
     def free_perigee(self) -> bool:
-        scenario = self.scenario
-        return scenario.problem == "max_energy" and scenario.target.perigee_direction == "free"
+        return isinstance(self.target, LargestOrbit) and self.target.is_direction_free
 
     def subproblem(self, *, soft: bool, firm: bool = False) -> Linearise:
         """The problem that fits the scenario; `soft`: slack where the problem has none by itself; `firm`: a start on the
         target orbit may not leave it."""
-        weight = self.scenario.method.slack_weight * (FIRM if firm else 1.0)
+        weight = self.scenario.method.slack_weight * (tuning.FIRM if firm else 1.0)
         if self.scenario.problem == "min_time":
             return MinTime(self.burn, self.target, weight, self.figures, self.turn)
-        height_km = self.scenario.target.perigee_height_km
-        assert height_km is not None  # the scenario checks it
-        radius = (EARTH.earth_radius_m + 1e3 * height_km) / self.units.length_m
-        target = self._whole
-        if self.free_perigee:
-            hard_or_soft = weight if soft else None
-            return MaxEnergyFreePerigee(self.burn, target, radius, hard_or_soft, self.figures, self.turn)
-        return MaxEnergyFixedPerigee(self.burn, target, radius, weight, self.figures, self.turn)
+        target = self._largest
+        if target.is_direction_free:
+            return MaxEnergyFreePerigee(self.burn, target, weight if soft else None, self.figures, self.turn)
+        return MaxEnergyFixedPerigee(self.burn, target, weight, self.figures, self.turn)
 
     def flown(self, steering: Steering, duration_s: float, nodes: int) -> Trajectory:
         """What a steering flies, at the nodes of a grid."""
@@ -94,7 +114,7 @@ class InsertionSetup:
         return propagated(self.start_si, thruster, steering, duration_s, legendre_gauss(nodes))
 
     def cold_start(self) -> Iterate:
-        law = towards_plane(self._whole.normal, self.units) if self.free_perigee else along_velocity
+        law = towards_plane(self._largest.normal, self.units) if self.free_perigee else along_velocity
         return Iterate(self.flown(law, self.scenario.burn.guess_s, self.scenario.method.nodes))
 
     def along(self, direction: Array) -> Iterate:
@@ -125,13 +145,20 @@ class InsertionSetup:
         raw = law.vectors(trajectory.grid.nodes)
         return Iterate(Trajectory(trajectory.grid, trajectory.states, raw, trajectory.end, law.duration))
 
+    def nodes_that_follow(self, law: Law) -> int:
+        """Of the coarsest grid that follows a law, at most the finest allowed."""
+        method = self.scenario.method
+        nodes = method.nodes
+        while nodes < method.max_nodes and not grid_resolves(law, nodes, 0.1 * tuning.TOO_LONG):
+            nodes = min(method.max_nodes, int(np.ceil(tuning.GROWTH * nodes)))
+        return nodes
+
     def _missing(self, trajectory: Trajectory) -> Iterate:
         return Iterate(trajectory, slack=self.target.misses(trajectory.end))
 
     @property
-    def _whole(self) -> TargetOrbit:
-        """Of `max_energy`, whose scenario has no element free."""
-        assert isinstance(self.target, TargetOrbit)
+    def _largest(self) -> LargestOrbit:
+        assert isinstance(self.target, LargestOrbit)
         return self.target
 
     def verified(self, iterate: Iterate) -> Verification:
@@ -150,8 +177,14 @@ class InsertionSetup:
         }
 
 
-def target_of(scenario: Scenario, units: CanonicalUnits) -> AnyTarget:
+def target_of(scenario: Scenario, units: CanonicalUnits) -> Target:
     """The scenario's target, canonical, in the axes of plans."""
-    if scenario.target.free:
-        return FreeTarget.of(scenario.target, scenario.eci_rotation)
-    return TargetOrbit.through(units.state_from_si(scenario.launch_inertial(scenario.target)))
+    table = scenario.target
+    if table.free:
+        return FreeTarget.of(table, scenario.eci_rotation)
+    state = units.state_from_si(scenario.launch_inertial(table))
+    if scenario.problem == "min_time":
+        return TargetOrbit.through(state)
+    assert table.perigee_height_km is not None  # the scenario checks it
+    is_free = table.perigee_direction == "free"
+    return LargestOrbit.about(state, 1e3 * table.perigee_height_km, is_direction_free=is_free)

@@ -9,45 +9,44 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.powered_flight import Burn
+from orbsoc.guidance.collocation import LegendreGauss
+from orbsoc.guidance.powered_flight import Burn, Trajectory
+from orbsoc.orbit import EARTH, CanonicalUnits, Thruster, propagate_burn
+from orbsoc.orbit.propagate import Steering
 
-from ..targets.any_target import AnyTarget
+from .. import tuning
+from ..targets.target import Target
 from .steering_law import Law, constant, corrected, longest_of
 
 Array = NDArray[np.float64]
 
-REACHED = 1e-8
-"""Of the five conditions, within which a law shows the way."""
-LEFT = 0.98
-"""Of the propellant, that a law burns where its free duration wants more than there is."""
-LONGER = (1.05, 1.15, 1.3)
-"""Factors on the duration of an impulse's burn, at which a law with more room to shift the vehicle is corrected."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """A law and what it misses the orbit by, the largest of five relative conditions."""
+    """From where a search sets out: a law and what it misses the orbit by, the largest of the relative conditions; without a law
+    what the name says."""
 
     name: str
-    law: Law
-    miss: float
+    law: Law | None = None
+    miss: float = np.inf
 
     @property
     def reaches(self) -> bool:
-        return self.miss <= REACHED
+        return self.miss <= tuning.REACHED
 
 
-def starts(burn: Burn, target: AnyTarget) -> Iterator[Start]:
-    """One start a direction; each is worked out when it is asked for."""
-    for name, direction in _directions(burn, target):
+def starts(burn: Burn, target: Target, *, after: int = 0) -> Iterator[Start]:
+    """One start a direction, without the first ones; each is worked out when it is asked for."""
+    for name, direction in islice(_directions(burn, target), after, None):
         yield _flown(burn, target, name, direction)
 
 
-def impulse(burn: Burn, target: AnyTarget) -> Array:
+def impulse(burn: Burn, target: Target) -> Array:
     """Velocity of the target orbit less the vehicle's, canonical (3,): what a burn in no time would give."""
     return target.impulse(burn.start)
 
@@ -55,10 +54,10 @@ def impulse(burn: Burn, target: AnyTarget) -> Array:
 def burn_time(burn: Burn, delta_v: float) -> float:
     """Canonical time in which the engine gives a velocity, at most nearly all there is."""
     exhaust = burn.acceleration / burn.flow
-    return min(float(-np.expm1(-delta_v / exhaust) / burn.flow), LEFT * longest_of(burn))
+    return min(float(-np.expm1(-delta_v / exhaust) / burn.flow), tuning.LEFT * longest_of(burn))
 
 
-def _directions(burn: Burn, target: AnyTarget) -> Iterator[tuple[str, Array]]:
+def _directions(burn: Burn, target: Target) -> Iterator[tuple[str, Array]]:
     velocity = burn.start[3:]
     towards = impulse(burn, target)
     if float(np.linalg.norm(towards)) > 1e-6:
@@ -70,20 +69,57 @@ def _directions(burn: Burn, target: AnyTarget) -> Iterator[tuple[str, Array]]:
     yield "thrust across the plane, to the right", -across
 
 
-def _flown(burn: Burn, target: AnyTarget, name: str, direction: Array) -> Start:
+def _flown(burn: Burn, target: Target, name: str, direction: Array) -> Start:
     size = float(np.linalg.norm(impulse(burn, target)))
-    duration = max(burn_time(burn, size), 1e-3 * burn.longest)
+    shortest, least = burn_time(burn, size), 1e-3 * burn.longest
     best: tuple[float, Law] | None = None
-    tries = [(1, duration, True), (2, duration, True)]
-    tries += [(2, longer * duration, False) for longer in LONGER]
-    tries.append((2, LEFT * longest_of(burn), False))
+    durations = [least] if shortest == 0.0 else [shortest] if shortest >= least else [shortest, least]
+    tries = [(degree, time, True) for time in durations for degree in (1, 2)]
+    tries += [(2, longer * durations[-1], False) for longer in tuning.LONGER]
+    tries.append((2, tuning.LEFT * longest_of(burn), False))
     for degree, time, free in tries:
         if time > longest_of(burn):
             continue
         law, miss = corrected(burn, target, constant(direction, time).of_degree(degree), free_duration=free)
         if best is None or miss < best[0]:
             best = miss, law
-        if miss <= REACHED:
+        if miss <= tuning.REACHED:
             break
     assert best is not None
     return Start(name, best[1], best[0])
+
+
+def along_velocity(_t_s: float, state_si: Array) -> Array:
+    """Thrust along the velocity: the cold start of problems A and B."""
+    return state_si[3:]
+
+
+def towards_plane(normal: Array, units: CanonicalUnits) -> Steering:
+    """Thrust along v̂ − 2(v·n)n, v canonical: along the velocity and back towards the plane of normal n."""
+
+    def steering(_t_s: float, state_si: Array) -> Array:
+        velocity = state_si[3:] / units.speed_m_s
+        return velocity / np.linalg.norm(velocity) - 2.0 * (velocity @ normal) * normal
+
+    return steering
+
+
+def propagated(
+    state_si: Array, thruster: Thruster, steering: Steering, duration_s: float, grid: LegendreGauss
+) -> Trajectory:
+    """The trajectory (canonical) that `steering` flies, at the nodes of `grid` and at the end.
+
+    Raises `orbsoc.orbit.PropagationError` when it cannot be integrated.
+    """
+    units = CanonicalUnits.of(EARTH)
+    times_s = 0.5 * duration_s * (np.append(grid.nodes, 1.0) + 1.0)
+    states_si = propagate_burn(state_si, thruster, steering, times_s)
+    directions = np.array([steering(t, x) for t, x in zip(times_s[:-1], states_si[:-1], strict=True)])
+    states = units.state_from_si(states_si)
+    return Trajectory(
+        grid=grid,
+        states=states[:-1],
+        controls=directions / np.linalg.norm(directions, axis=1, keepdims=True),
+        end=states[-1],
+        duration=duration_s / units.time_s,
+    )

@@ -17,28 +17,10 @@ from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import force_times, integrate_explicitly
 
-from ..targets.any_target import AnyTarget
+from .. import tuning
+from ..targets.target import Target
 
 Array = NDArray[np.float64]
-
-SAMPLES = 401
-"""Of a law, to see how it turns between nodes."""
-TOO_LONG = 2e-5
-"""By how much the interpolant of unit vectors may be longer, of a law that a grid follows; a fifth of what is verified."""
-NEARLY_ALL = 0.999
-"""Of the vehicle's mass, that a flight may burn."""
-MOST_STEPS = 48
-STEP = 1e-6
-"""Of the finite differences, canonical and of a law of unit size."""
-SHARES = np.array([1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.03, 0.01])
-"""Of a Gauss–Newton step; all are tried at once, and the one with the smallest next step is taken (Deuflhard's natural level
-function: it does not depend on how the conditions are scaled, and those of a short burn are badly so)."""
-ROUGHNESS = 0.3
-"""By how much more a coefficient weighs than that of one degree lower."""
-LONGEST_STEP = 0.5
-"""Of a coefficient or of the logarithm of the duration, in one step."""
-MISS = 1e-10
-"""Of the five conditions, canonical, within which a law has reached the orbit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +61,7 @@ def constant(direction: Array, duration: float) -> Law:
 
 def longest_of(burn: Burn) -> float:
     """Canonical duration of the longest flight: to the dry mass, and not to no mass at all."""
-    return min(burn.longest, NEARLY_ALL / burn.flow)
+    return min(burn.longest, tuning.NEARLY_ALL / burn.flow)
 
 
 def ends_of(burn: Burn, laws: Array, durations: Array, steps: int) -> Array:
@@ -105,12 +87,12 @@ def ends_of(burn: Burn, laws: Array, durations: Array, steps: int) -> Array:
 
 def steps_for(law: Law) -> int:
     """Steps of a flight: for the arc that gravity bends, and for the turn of the thrust."""
-    return int(np.clip(np.ceil(4.0 * law.duration), max(4, len(law.coefficients)), MOST_STEPS))
+    return int(np.clip(np.ceil(4.0 * law.duration), max(4, len(law.coefficients)), tuning.MOST_STEPS))
 
 
 def corrected(
     burn: Burn,
-    target: AnyTarget,
+    target: Target,
     law: Law,
     *,
     free_duration: bool = True,
@@ -124,7 +106,7 @@ def corrected(
     """
     degree = len(law.coefficients) - 1
     steps = steps or steps_for(law)
-    weights = ROUGHNESS * np.repeat(np.arange(degree + 1.0), 3)
+    weights = tuning.ROUGHNESS * np.repeat(np.arange(degree + 1.0), 3)
     count = weights.size
     x = np.append(law.coefficients.ravel(), np.log(law.duration))
     shape = (-1, degree + 1, 3)
@@ -141,16 +123,16 @@ def corrected(
     scale[:count] += weights
     sides = np.vstack([np.eye(count + 1)[:unknowns], -np.eye(count + 1)[:unknowns]])
     for _ in range(iterations):
-        if np.abs(found).max() < MISS:
+        if np.abs(found).max() < tuning.MISS:
             break
-        both = rows(x + STEP * sides)
-        jacobian = (both[:unknowns] - both[unknowns:]).T / (2.0 * STEP)
+        both = rows(x + tuning.STEP * sides)
+        jacobian = (both[:unknowns] - both[unknowns:]).T / (2.0 * tuning.STEP)
         left, sizes, right = np.linalg.svd(jacobian / scale, full_matrices=False)
         inverse = right.T @ (left / np.maximum(sizes, 1e-12 * sizes[0])).T
         step = -inverse @ found / scale
-        step /= max(1.0, float(np.abs(step).max()) / LONGEST_STEP)
-        tried = np.repeat(x[None], len(SHARES), axis=0)
-        tried[:, :unknowns] += SHARES[:, None] * step
+        step /= max(1.0, float(np.abs(step).max()) / tuning.LONGEST_STEP)
+        tried = np.repeat(x[None], len(tuning.SHARES), axis=0)
+        tried[:, :unknowns] += tuning.SHARES[:, None] * step
         tried[:, -1] = np.minimum(tried[:, -1], longest)
         tried[:, :-1] *= size / np.linalg.norm(tried[:, :-1], axis=1, keepdims=True)
         new = rows(tried)
@@ -162,30 +144,19 @@ def corrected(
     return Law(x[:-1].reshape(degree + 1, 3), float(np.exp(x[-1]))), float(np.abs(found).max())
 
 
-TURNS = 12
-"""Most steps towards the smoothest law of a duration."""
-DEGREE = 4
-"""Of a law that is made smooth: enough to spread a turn over the burn."""
-LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
-"""Shares of its duration by which a law is lengthened until a grid follows it, and shortened as long as one does."""
-MOST_LONGER, MOST_SHORTER = 12, 60
-MADE_UNIT = 4
-"""How often a corrected interpolant is replaced by that of its directions."""
-
-
 def turn_of(law: Law) -> float:
-    """The fastest turn, rad per canonical time, between `SAMPLES` directions."""
-    units = law.directions(np.linspace(-1.0, 1.0, SAMPLES))
-    return float(np.linalg.norm(np.diff(units, axis=0), axis=1).max()) * (SAMPLES - 1) / law.duration
+    """The fastest turn, rad per canonical time, between `tuning.SAMPLES` directions."""
+    units = law.directions(np.linspace(-1.0, 1.0, tuning.SAMPLES))
+    return float(np.linalg.norm(np.diff(units, axis=0), axis=1).max()) * (tuning.SAMPLES - 1) / law.duration
 
 
 def unit_on(
-    burn: Burn, target: AnyTarget, law: Law, nodes: int, within: float, *, steps: int | None = None
+    burn: Burn, target: Target, law: Law, nodes: int, within: float, *, steps: int | None = None
 ) -> Law | None:
     """The interpolant of the law's directions at the nodes of a grid, corrected onto the orbit and made of unit length by turns;
     None where it misses the orbit by more than `within`."""
     grid = legendre_gauss(nodes)
-    for _ in range(MADE_UNIT):
+    for _ in range(tuning.MADE_UNIT):
         drawn = through(grid, law.directions(grid.nodes), law.duration)
         law, miss = corrected(burn, target, drawn, iterations=8, steps=steps)
         if miss > within:
@@ -193,33 +164,33 @@ def unit_on(
     return law
 
 
-def grid_resolves(law: Law, nodes: int, too_long: float = TOO_LONG) -> bool:
+def grid_resolves(law: Law, nodes: int, too_long: float = tuning.TOO_LONG) -> bool:
     """Whether the interpolant of the law's directions at the nodes of a grid is nowhere longer than they are by more."""
     grid = legendre_gauss(nodes)
-    between = grid.interpolate(law.directions(grid.nodes), np.linspace(-1.0, 1.0, SAMPLES))
+    between = grid.interpolate(law.directions(grid.nodes), np.linspace(-1.0, 1.0, tuning.SAMPLES))
     return bool(np.linalg.norm(between, axis=1).max() <= 1.0 + too_long)
 
 
 def smoothed(
-    burn: Burn, target: AnyTarget, law: Law, most_nodes: int, too_long: float = TOO_LONG
+    burn: Burn, target: Target, law: Law, most_nodes: int, too_long: float = tuning.TOO_LONG
 ) -> Law | None:
     """A law about as short as a grid of `most_nodes` allows, from one that need not be smooth; None where that fails.
 
     At each duration the smoothest law is taken: longer until a grid follows it, then shorter as long as one does.
     """
-    law = law.of_degree(max(DEGREE, len(law.coefficients) - 1))
-    for _ in range(MOST_LONGER):
+    law = law.of_degree(max(tuning.DEGREE, len(law.coefficients) - 1))
+    for _ in range(tuning.MOST_LONGER):
         found = smoothest(burn, target, law)
         if found is not None and grid_resolves(found, most_nodes, too_long):
             break
-        duration = law.duration * (1.0 + LENGTHENED)
+        duration = law.duration * (1.0 + tuning.LENGTHENED)
         if duration > longest_of(burn):
             return None
         law = replace(found or law, duration=duration)
     else:
         return None
-    for share in SHORTENED:
-        for _ in range(MOST_SHORTER):
+    for share in tuning.SHORTENED:
+        for _ in range(tuning.MOST_SHORTER):
             shorter = smoothest(burn, target, replace(found, duration=found.duration * (1.0 - share)))
             if shorter is None or not grid_resolves(shorter, most_nodes, too_long):
                 break
@@ -227,32 +198,34 @@ def smoothed(
     return found
 
 
-def smoothest(burn: Burn, target: AnyTarget, law: Law) -> Law | None:
+def smoothest(burn: Burn, target: Target, law: Law) -> Law | None:
     """The law of the same duration and degree that ends on the orbit and turns least, ∫|du/dτ|² dτ; None for none found.
 
     Gauss–Newton on the turn within the null space of the conditions' Jacobian.
     """
     law, miss = corrected(burn, target, law, free_duration=False, iterations=15)
-    for _ in range(TURNS):
-        if miss > MISS:
+    for _ in range(tuning.TURNS):
+        if miss > tuning.MISS:
             return None
         x = law.coefficients.ravel()
-        sides = STEP * np.vstack([np.eye(x.size), -np.eye(x.size)])
+        sides = tuning.STEP * np.vstack([np.eye(x.size), -np.eye(x.size)])
         points = (x + sides).reshape(-1, *law.coefficients.shape)
         rows = target.conditions(ends_of(burn, points, np.full(len(points), law.duration), steps_for(law)))
         turns = _turns(points)
-        jacobian, slope = ((each[: x.size] - each[x.size :]).T / (2.0 * STEP) for each in (rows, turns))
+        jacobian, slope = (
+            (each[: x.size] - each[x.size :]).T / (2.0 * tuning.STEP) for each in (rows, turns)
+        )
         free = np.linalg.svd(jacobian)[2][len(rows[0]) :].T
         free = np.linalg.qr(np.column_stack([x, free]))[0][:, 1:]  # the size of a law turns nothing
         now = _turns(law.coefficients[None])[0]
         step = -free @ np.linalg.lstsq(slope @ free, now, rcond=1e-8)[0]
         size = float(np.linalg.norm(x))
-        step /= max(1.0, float(np.abs(step).max()) / (LONGEST_STEP * size))
+        step /= max(1.0, float(np.abs(step).max()) / (tuning.LONGEST_STEP * size))
         for share in (1.0, 0.3, 0.1):
             moved = replace(law, coefficients=(x + share * step).reshape(law.coefficients.shape))
             moved, missed = corrected(burn, target, moved, free_duration=False, iterations=8)
             new = _turns(moved.coefficients[None])[0]
-            if missed <= MISS and new @ new < now @ now:
+            if missed <= tuning.MISS and new @ new < now @ now:
                 break
         else:
             return law
@@ -265,7 +238,9 @@ def smoothest(burn: Burn, target: AnyTarget, law: Law) -> Law | None:
 
 def _turns(laws: Array) -> Array:
     """Differences (B, 3K) of neighbouring directions of laws (B, d + 1, 3)."""
-    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, SAMPLES // 4 + 1), laws.shape[1] - 1)
+    basis = np.polynomial.legendre.legvander(
+        np.linspace(-1.0, 1.0, tuning.SAMPLES // 4 + 1), laws.shape[1] - 1
+    )
     raw = np.einsum("kd,bdi->bki", basis, laws)
     units = raw / np.linalg.norm(raw, axis=2, keepdims=True)
     return np.asarray(np.diff(units, axis=1).reshape(len(laws), -1))

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit import EARTH, CanonicalUnits, Elements
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements, angular_momentum, laplace_vector
 
-from .rows import Row
-from .table import Target
+from .rows import PLANE_ROWS, Row
+from .table import TargetTable
 from .target_orbit import CIRCULAR
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ class FreeTarget:
     argp: float | None = None
 
     @classmethod
-    def of(cls, target: Target, to_eci: Array) -> FreeTarget:
+    def of(cls, target: TargetTable, to_eci: Array) -> FreeTarget:
         """What the table gives."""
         length = CanonicalUnits.of(EARTH).length_m
         angles = {
@@ -89,15 +89,12 @@ class FreeTarget:
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """The name of each condition, in their order."""
         return tuple(row for row, _ in self._evaluated(np.array([[1.0, 0.1, 0.2, 0.1, 0.9, 0.3]])))
 
     def conditions(self, ends: NDArray[np.inexact]) -> Array:
-        """The rows at end states (B, 6) → (B, K)."""
         return np.asarray(np.column_stack([value for _, value in self._evaluated(np.asarray(ends))]))
 
     def linear_rows(self, end: Array) -> tuple[Array, Array]:
-        """Block (K, 6) and right-hand side (K,) of the rows to first order about an end state (6,)."""
         block = self.jacobians(end[None])[0]
         return block, block @ end - self.conditions(end[None])[0]
 
@@ -108,11 +105,24 @@ class FreeTarget:
         return np.asarray(found.reshape(len(ends), 6, -1).swapaxes(1, 2))
 
     def misses(self, end: Array) -> tuple[tuple[Row, float], ...]:
-        """Each row at an end state (6,)."""
         return tuple(zip(self.rows, self.conditions(end[None])[0].tolist(), strict=True))
 
+    def words(self, row: Row, value: float, _end: Array, _scales: tuple[float, float] = (1.0, 1.0)) -> str:
+        if row is Row.INCLINATION:
+            return f"the inclination too {'low' if value < 0 else 'high'} by {abs(np.rad2deg(value)):.4f}°"
+        if row in PLANE_ROWS:
+            return f"the orbit plane tilted by {abs(np.rad2deg(value)):.4f}°"
+        if row is Row.ENERGY:
+            km2_s2 = abs(value) * CanonicalUnits.of(EARTH).speed_m_s ** 2 / 1e6
+            return f"v²/2 − μ/r too {'small' if value < 0 else 'large'} by {km2_s2:.4f} km²/s²"
+        if row is Row.PERIGEE_DIRECTION:
+            return f"the eccentricity vector off the perigee direction by {abs(value):.2e}"
+        return f"the {row.value} off by {abs(value):.2e} of itself"
+
+    def promised(self, end: Array, _scales: tuple[float, float] = (1.0, 1.0)) -> tuple[Array, Array]:
+        return angular_momentum(end[:3], end[3:]), laplace_vector(end[:3], end[3:], 1.0)
+
     def impulse(self, state: Array) -> Array:
-        """The smallest change of velocity (3,) that meets the rows at a state, or comes closest."""
         return np.asarray(self.there(state[None])[1][0] - state[3:])
 
     def there(self, states: Array) -> tuple[Array, Array]:
@@ -131,7 +141,6 @@ class FreeTarget:
         return position + np.nan_to_num(left, nan=1.0) * outwards, now[:, 3:]
 
     def plane_error(self, momentum: Array) -> float:
-        """Angle (rad) of an angular momentum (3,) from what is given of the plane; 0 where nothing is."""
         if self.inc is None:
             return 0.0
         h = self.to_eci @ momentum
@@ -141,7 +150,6 @@ class FreeTarget:
         return abs(float(np.arctan2(np.hypot(h[0], h[1]), h[2])) - self.inc)
 
     def momentum_gap(self, momentum: Array) -> float:
-        """The least |ΔH| to an angular momentum that the target allows."""
         h = self.to_eci @ momentum
         size = self.momentum
         if self.inc is None:
@@ -156,7 +164,6 @@ class FreeTarget:
         return float(np.linalg.norm(along * normal - h))
 
     def errors(self, orbit: Elements) -> list[tuple[str, float, str]]:
-        """What an orbit, ECI, misses each given element by; with the name of its limit in `[verification]`."""
         length = CanonicalUnits.of(EARTH).length_m
         found: list[tuple[str, float, str]] = []
         if self.energy is not None:

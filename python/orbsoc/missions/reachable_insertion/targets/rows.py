@@ -20,7 +20,8 @@ class Row(enum.Enum):
     RADIAL_VELOCITY = "radial velocity"
     """Of a circular orbit."""
     ATTITUDE_RATE = "attitude rate"
-    """Of the way there, and no terminal row."""
+    """Of the way there, and no terminal row; as is"""
+    COAST_ALTITUDE = "altitude of a coast"
 
 
 PLANE_ROWS = (Row.LEAN_TO_PERIGEE, Row.LEAN_ACROSS)

@@ -25,7 +25,7 @@ from orbsoc.guidance.vehicle import State, state_complaints
 PerigeeDirection = Literal["fixed", "free"]
 
 
-class Target(Orbit):
+class TargetTable(Orbit):
     """The target orbit; for `max_energy` its plane and perigee direction, and a perigee height.
 
     The burn may end anywhere on it: an anomaly is not needed and changes nothing.
@@ -38,7 +38,7 @@ class Target(Orbit):
     perigee_direction: PerigeeDirection = "fixed"
 
 
-def target_complaints(target: Target, problem: str) -> Iterator[Complaint]:
+def target_complaints(target: TargetTable, problem: str) -> Iterator[Complaint]:
     """What names no orbit, or two; then what no vehicle's state can be."""
     yield from frame_complaints("target", target)
     states = given_keys(target, STATE)
@@ -60,7 +60,7 @@ def target_complaints(target: Target, problem: str) -> Iterator[Complaint]:
     yield from _shape_complaints(target)
 
 
-def idle_target_keys(target: Target, problem: str) -> dict[str, str]:
+def idle_target_keys(target: TargetTable, problem: str) -> dict[str, str]:
     """Dotted keys of the table that a plan does not depend on, each with the reason."""
     anywhere = "changes nothing: the burn may end anywhere on the orbit"
     idle = {f"target.{key}": anywhere for key in ANOMALIES}
@@ -72,20 +72,16 @@ def idle_target_keys(target: Target, problem: str) -> dict[str, str]:
     return idle
 
 
-def _element_complaints(target: Target) -> Iterator[Complaint]:
+def _element_complaints(target: TargetTable) -> Iterator[Complaint]:
     """A key that is missing and not free, given and free, or one too many."""
     found, angles = given_keys(target, SHAPE), given_keys(target, ANGLES)
+    needed = "is missing; an orbit by elements needs it, or name it in target.free, or give position_m and velocity_m_s"
     for key in ANGLES:
         if key in angles and key in target.free:
-            yield Complaint(
-                f"target.{key}", f"{getattr(target, key)}", "is in target.free; must be one of the two"
-            )
+            value = f"{getattr(target, key)}"
+            yield Complaint(f"target.{key}", value, "is in target.free; must be one of the two")
         if key not in angles and key not in target.free:
-            yield Complaint(
-                f"target.{key}",
-                "",
-                "is missing; an orbit by elements needs it, or name it in target.free, or give position_m and velocity_m_s",
-            )
+            yield Complaint(f"target.{key}", "", needed)
     if "shape" not in target.free:
         yield from shape_count_complaints("target", target)
     elif len(found) > 1:
@@ -93,7 +89,7 @@ def _element_complaints(target: Target) -> Iterator[Complaint]:
         yield Complaint("target", ", ".join(found), allowed)
 
 
-def _free_complaints(target: Target) -> Iterator[Complaint]:
+def _free_complaints(target: TargetTable) -> Iterator[Complaint]:
     """What says nothing without what is left free."""
     if not target.free:
         return
@@ -104,26 +100,18 @@ def _free_complaints(target: Target) -> Iterator[Complaint]:
         ("argp_deg", "it counts from the node of a plane"),
     ):
         if getattr(target, key) is not None and target.inc_deg is None:
-            yield Complaint(
-                f"target.{key}",
-                f"{getattr(target, key)}",
-                f"needs target.inc_deg, for {reason}; or must be free",
-            )
-    if (
-        target.argp_deg is not None
-        and target.raan_deg is None
-        and target.inc_deg is not None
-        and abs(np.sin(np.deg2rad(target.inc_deg))) < 1e-9
-    ):
+            allowed = f"needs target.inc_deg, for {reason}; or must be free"
+            yield Complaint(f"target.{key}", f"{getattr(target, key)}", allowed)
+    flat = target.inc_deg is not None and abs(np.sin(np.deg2rad(target.inc_deg))) < 1e-9
+    if target.argp_deg is not None and target.raan_deg is None and flat:
         allowed = "needs target.raan_deg, for an equatorial orbit has no node; or must be free"
         yield Complaint("target.argp_deg", f"{target.argp_deg}", allowed)
     if not given_keys(target, (*SHAPE, *ANGLES)):
-        yield Complaint(
-            "target.free", f"{list(target.free)}", "leaves nothing to reach; must leave something out"
-        )
+        allowed = "leaves nothing to reach; must leave something out"
+        yield Complaint("target.free", f"{list(target.free)}", allowed)
 
 
-def _shape_complaints(target: Target) -> Iterator[Complaint]:
+def _shape_complaints(target: TargetTable) -> Iterator[Complaint]:
     if "shape" not in target.free:
         yield from shape_complaints("target", target)
         return

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.orbit import (
+    EARTH,
+    CanonicalUnits,
     Elements,
     angular_momentum,
     angular_momentum_jacobian,
@@ -16,7 +18,7 @@ from orbsoc.orbit import (
 )
 from orbsoc.orbit.planes import cross
 
-from .rows import TERMINAL_ROWS, Row
+from .rows import PLANE_ROWS, TERMINAL_ROWS, Row
 
 Array = NDArray[np.float64]
 
@@ -65,11 +67,10 @@ class TargetOrbit:
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """The name of each condition, in their order."""
         return TERMINAL_ROWS
 
     @property
-    def energy(self) -> float:
+    def energy(self) -> float | None:
         return -0.5 * (1.0 - self.eccentricity**2) / self.momentum**2
 
     def conditions(self, ends: Array) -> Array:
@@ -86,30 +87,53 @@ class TargetOrbit:
         ])  # fmt: skip
 
     def linear_rows(self, end: Array) -> tuple[Array, Array]:
-        """Block (5, 6) and right-hand side (5,) of the rows to first order about an end state (6,)."""
         block, rhs = self.scaled_rows(end)
         return block, rhs + np.array([0.0, 0.0, self.momentum, self.eccentricity, 0.0])
 
     def scaled_rows(self, end: Array) -> tuple[Array, Array]:
         """The same for S_H = S_L = 0."""
         linear = LinearVectors.about(end)
-        for_h = np.vstack([self.perigee, self.ahead, self.normal])
-        for_l = np.vstack([self.perigee, self.ahead])
+        for_h, for_l = np.array([self.perigee, self.ahead, self.normal]), np.array([self.perigee, self.ahead])
         block = np.vstack([for_h @ linear.momentum_jacobian, for_l @ linear.laplace_jacobian])
         return block, -np.concatenate([for_h @ linear.momentum_value, for_l @ linear.laplace_value])
 
     def misses(self, end: Array) -> tuple[tuple[Row, float], ...]:
-        """Each row at an end state (6,), as the sequence's slack has it: momenta not scaled."""
         rows = self.conditions(end[None])[0]
         rows[:3] *= self.momentum
         return tuple(zip(TERMINAL_ROWS, rows.tolist(), strict=True))
 
+    def words(self, row: Row, value: float, end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> str:
+        momentum, speed_m_s = scales[0] * self.momentum, CanonicalUnits.of(EARTH).speed_m_s
+        side = "small" if value < 0 else "large"
+        if row in PLANE_ROWS:
+            angle = abs(value) / momentum
+            across_m_s = angle * float(np.linalg.norm(end[3:])) * speed_m_s
+            axis = "line of apsides" if row is Row.LEAN_ACROSS else "in-plane normal of the line of apsides"
+            return (
+                f"the orbit plane tilted by {np.rad2deg(angle):.4f}° about the {axis} (some {across_m_s:.1f} m/s of"
+                " velocity out of the plane)"
+            )
+        if row is Row.MOMENTUM:
+            level_m_s = abs(value) / float(np.linalg.norm(end[:3])) * speed_m_s
+            return (
+                f"the angular momentum too {side} by {abs(value) / momentum:.2e} of itself"
+                f" (about {level_m_s:.1f} m/s of horizontal velocity)"
+            )
+        if row is Row.ECCENTRICITY:
+            return f"the eccentricity too {side} by {abs(value):.2e}"
+        eccentricity = max(scales[1] * self.eccentricity, abs(value))
+        return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
+
+    def promised(self, _end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> tuple[Array, Array]:
+        return (
+            scales[0] * self.momentum * self.normal,
+            scales[1] * self.eccentricity * self.perigee,
+        )
+
     def impulse(self, state: Array) -> Array:
-        """Velocity of the orbit less the vehicle's (3,), at a state (6,)."""
         return self.velocity_along(state[:3]) - state[3:]
 
     def there(self, states: Array) -> tuple[Array, Array]:
-        """Positions and velocities (K, 3) on the orbit where it passes nearest to the directions of states (K, 6)."""
         r = states[:, :3]
         flat = r - np.outer(r @ self.normal, self.normal)
         outwards = flat / np.linalg.norm(flat, axis=1, keepdims=True)
@@ -119,16 +143,60 @@ class TargetOrbit:
         return radius[:, None] * outwards, velocity
 
     def plane_error(self, momentum: Array) -> float:
-        """Angle (rad) between an angular momentum (3,) and the orbit's."""
         return float(np.arctan2(np.linalg.norm(np.cross(momentum, self.normal)), momentum @ self.normal))
 
     def momentum_gap(self, momentum: Array) -> float:
-        """|ΔH| from an angular momentum (3,)."""
         return float(np.linalg.norm(self.momentum * self.normal - momentum))
 
     def errors(self, _orbit: Elements) -> list[tuple[str, float, str]]:
-        """Nothing: H and L say it all."""
         return []
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LargestOrbit(TargetOrbit):
+    """The plane and the perigee direction of an orbit, and a perigee height: all else is as large as it gets."""
+
+    perigee_height_m: float
+    is_direction_free: bool
+
+    @classmethod
+    def about(cls, state: Array, perigee_height_m: float, *, is_direction_free: bool) -> LargestOrbit:
+        """The plane and direction of the orbit through a canonical state (6,)."""
+        orbit = TargetOrbit.through(state)
+        vectors = (orbit.normal, orbit.perigee, orbit.ahead, orbit.momentum, orbit.eccentricity)
+        return cls(*vectors, perigee_height_m, is_direction_free)
+
+    @property
+    def perigee_radius(self) -> float:
+        return (EARTH.earth_radius_m + self.perigee_height_m) / CanonicalUnits.of(EARTH).length_m
+
+    @property
+    def energy(self) -> float | None:
+        return None
+
+    def promised(self, end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> tuple[Array, Array]:
+        if self.is_direction_free:
+            return angular_momentum(end[:3], end[3:]), laplace_vector(end[:3], end[3:], 1.0)
+        return TargetOrbit.promised(self, end, scales)
+
+    def momentum_gap(self, momentum: Array) -> float:
+        ahead = momentum @ self.normal > 0.0
+        return float(np.linalg.norm(np.cross(momentum, self.normal) if ahead else momentum))
+
+    def perigee_error_m(self, orbit: Elements) -> float:
+        """Reached less required."""
+        return orbit.perigee_height_m() - self.perigee_height_m
+
+    def errors(self, orbit: Elements) -> list[tuple[str, float, str]]:
+        error_m = self.perigee_error_m(orbit)
+        shortfall_m = max(0.0, -error_m) if self.is_direction_free else abs(error_m)
+        return [("perigee error in m", shortfall_m, "perigee_m")]
+
+    def words(self, row: Row, value: float, end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> str:
+        if row is not Row.PERIGEE_RADIUS:
+            return TargetOrbit.words(self, row, value, end, scales)
+        # slack s in e ≤ p/r_p − 1 + s lets the perigee sink by about r_p s/(1 + e)
+        return f"the perigee too low by {abs(value) * (EARTH.earth_radius_m + self.perigee_height_m) / 1e3:.2f} km"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Transfers flown many at once, and the sensitivities of an end state to everything that a transfer commands.
+"""Transfers flown many at once, and the sensitivities of the ends of their burns to everything that a transfer commands.
 
 Coasts are those of `motion`; burns are integrated in the commanded direction, the interpolant of the nodal
 directions, normalised. The transition matrices of the burns are central differences of neighbouring flights; the influence of
@@ -17,7 +17,7 @@ from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly
 
-from .motion import DIFFERENCE, Motion
+from .motion import DIFFERENCE, Motion, lowest_of
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
@@ -30,34 +30,60 @@ LIGHTEST = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sensitivities:
-    """Of the end state of a transfer: by coasts (6, K), durations (6, K) and by thrust, (6, K, N, 3), a length of which counts.
+class CutOff:
+    """The state (6,) at the end of a burn, by [coasts, durations] (6, 2K) and by thrust (6, K, N, 3), a length of which counts."""
 
-    `states` (K, 2, 6) are those at the start and at the end of each burn; `turns` (K, 3, 2K) is by which rotation the direction
-    to each ignition follows coasts and durations.
-    """
-
-    states: Array
-    by_coasts: Array
-    by_durations: Array
+    state: Array
+    by_times: Array
     by_controls: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivities:
+    """Of a transfer: the end of each burn, the states (K, 6) at the ignitions, and `turns` (K, 3, 2K): by which rotation the
+    direction to each ignition follows [coasts, durations]."""
+
+    cut_offs: tuple[CutOff, ...]
+    ignitions: Array
     turns: Array
 
     @property
-    def end(self) -> Array:
-        return np.asarray(self.states[-1, 1])
+    def last(self) -> CutOff:
+        return self.cut_offs[-1]
 
     @property
-    def by_times(self) -> Array:
-        """By coasts and durations, (6, 2K)."""
-        return np.hstack([self.by_coasts, self.by_durations])
+    def end(self) -> Array:
+        return self.last.state
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LowestPoint:
+    """The least radius of the coasts between burns, by [coasts, durations] (2K,) and by thrust (K, N, 3)."""
+
+    radius: float
+    by_times: Array
+    by_controls: Array
+
+
+def lowest_point(motion: Motion, transfer: Transfer, found: Sensitivities) -> LowestPoint:
+    """Where it lies inside a coast, the time of it does not count to first order."""
+    coast = float(transfer.coasts[1])
+    cut_off = found.cut_offs[0]
+    radius, when = lowest_of(motion.coast, cut_off.state, coast)
+    state, transition = motion.coast.transition(cut_off.state, when)
+    up = state[:3] / float(np.linalg.norm(state[:3]))
+    by_state = up @ transition[:3]
+    by_times = by_state @ cut_off.by_times
+    if when >= coast:
+        by_times[1] += up @ state[3:]
+    return LowestPoint(radius, by_times, np.einsum("i,iknd->knd", by_state, cut_off.by_controls))
 
 
 def ends_of(motion: Motion, transfers: list[Transfer]) -> Array:
-    """End states (B, 6) of transfers on one grid."""
+    """States (B, K, 6) at the ends of the burns of transfers on one grid."""
     count, burn = len(transfers), motion.burn
     states = np.repeat(burn.start[None], count, axis=0)
-    elapsed = np.zeros(count)
+    elapsed, ends = np.zeros(count), []
     for k in range(len(transfers[0].coasts)):
         states = motion.coast.ends(states, np.array([each.coasts[k] for each in transfers]))
         durations = np.array([each.durations[k] for each in transfers])
@@ -65,18 +91,19 @@ def ends_of(motion: Motion, transfers: list[Transfer]) -> Array:
         arc = _burnt(burn, states, elapsed, durations, controls)
         states = np.hstack([arc.positions[-1].T, (arc.velocities[-1] / durations).T])
         elapsed = elapsed + durations
-    return states
+        ends.append(states)
+    return np.stack(ends, axis=1)
 
 
 def sensitivities(motion: Motion, transfer: Transfer) -> Sensitivities:
-    """The end state's, by one batch of flights a burn."""
+    """Of a transfer, by one batch of flights a burn."""
     burn = motion.burn
     state, elapsed = burn.start, 0.0
     burns = len(transfer.coasts)
     nodes = transfer.grid.size
     by_coasts, by_durations = np.zeros((6, burns)), np.zeros((6, burns))
     by_controls = np.zeros((6, burns, nodes, 3))
-    visited = np.zeros((burns, 2, 6))
+    ignitions, cut_offs = np.zeros((burns, 6)), []
     turns = np.zeros((burns, 3, 2 * burns))
     for k in range(burns):
         state, transition = motion.coast.transition(state, float(transfer.coasts[k]))
@@ -93,9 +120,10 @@ def sensitivities(motion: Motion, transfer: Transfer) -> Sensitivities:
         by_controls = np.einsum("ij,jknd->iknd", arc.transition @ transition, by_controls)
         by_durations[:, k] = arc.by_duration
         by_controls[:, k] = arc.by_controls
-        visited[k] = state, arc.end
+        cut_offs.append(CutOff(arc.end, np.hstack([by_coasts, by_durations]), by_controls.copy()))
+        ignitions[k] = state
         state, elapsed = arc.end, elapsed + float(transfer.durations[k])
-    return Sensitivities(visited, by_coasts, by_durations, by_controls, turns)
+    return Sensitivities(tuple(cut_offs), ignitions, turns)
 
 
 @cache

@@ -1,8 +1,9 @@
-"""Two impulses between two orbits: all transfers of a grid at once, and the cheapest of every neighbourhood.
+"""Two impulses between two orbits: all transfers of a grid at once, and the cheapest of every neighbourhood, refined.
 
 Between positions r₁ and r₂ every semi-latus rectum p names one transfer each way round, with v₁ = (r₂ − f r₁)/g,
 v₂ = (ġ r₂ − r₁)/g, f = 1 − r₂(1 − cos θ)/p, ġ = 1 − r₁(1 − cos θ)/p, g = r₁ r₂ sin θ/√p: no equation is solved (Battin 1999,
-7.1). Units where μ = 1.
+7.1). A grid of p is some 5 % apart, 200 m/s of a low orbit: the best p of every pair, and then the times of the best pairs, are
+sought between its points. Units where μ = 1.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from ..targets.target_orbit import TargetOrbit
 
@@ -28,6 +30,12 @@ class Fineness:
 
 FINE = Fineness(90, np.exp(np.linspace(-1.2, 1.2, 33)))
 COARSE = Fineness(36, np.exp(np.linspace(-1.0, 1.0, 15)))
+BETWEEN = np.linspace(-0.75, 0.75, 7)
+"""Of the step to the neighbours, at which p is sought between points of the grid."""
+ROUNDS, CLOSER = 16, 0.5
+"""In which the best pairs are moved, and the factor on the steps of one that has no better neighbour."""
+SAME = 0.02
+"""Of the cost, and canonical time, within which two pairs are one."""
 WIDEST = 0.9
 """Of a hyperbola's asymptotic anomaly, up to which it is arrived at, and only up to `FARTHEST`."""
 FARTHEST = 60.0
@@ -46,70 +54,134 @@ class Impulses:
     cost: float
 
 
-def points_on(target: TargetOrbit, count: int) -> Array:
-    """States (A, 6) all around an orbit; of a hyperbola as far as it is of use."""
+def anomalies_of(target: TargetOrbit, count: int) -> Array:
+    """True anomalies (A,) all around an orbit; of a hyperbola as far as it is of use."""
     widest = np.pi
     if target.eccentricity >= 1.0:
         farthest = (target.momentum**2 / FARTHEST - 1.0) / target.eccentricity
         widest = min(WIDEST * np.arccos(-1.0 / target.eccentricity), np.arccos(np.clip(farthest, -1.0, 1.0)))
-    anomaly = np.linspace(-widest, widest, count, endpoint=False)
-    outwards = np.outer(np.cos(anomaly), target.perigee) + np.outer(np.sin(anomaly), target.ahead)
-    radius = target.momentum**2 / (1.0 + target.eccentricity * np.cos(anomaly))
+    return np.linspace(-widest, widest, count, endpoint=False)
+
+
+def points_on(target: TargetOrbit, anomaly: Array) -> Array:
+    """States (..., 6) at true anomalies."""
+    cosine, sine = np.cos(anomaly)[..., None], np.sin(anomaly)[..., None]
+    outwards = cosine * target.perigee + sine * target.ahead
+    radius = target.momentum**2 / (1.0 + target.eccentricity * cosine)
     velocity = np.cross(target.normal, target.eccentricity * target.perigee + outwards) / target.momentum
-    return np.hstack([radius[:, None] * outwards, velocity])
+    return np.concatenate([radius * outwards, velocity], axis=-1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rules:
+    """What a transfer has to keep to: its longest flight and least radius; `allowed` says which first impulses may be given at
+    which departures."""
+
+    longest: float
+    lowest: float
+    allowed: Callable[[Array, Array], NDArray[np.bool_]]
 
 
 def cheapest(
-    departures: Array,
-    states: Array,
-    target: TargetOrbit,
-    longest: float,
-    allowed: Callable[[Array, Array], NDArray[np.bool_]],
-    *,
-    fineness: Fineness = FINE,
+    departures: Array, states: Array, target: TargetOrbit, rules: Rules, *, fineness: Fineness = FINE
 ) -> list[Impulses]:
     """The cheapest transfer of every local minimum over departure and arrival, cheapest first.
 
-    `departures` (D,) are the times of `states` (D, 6) on the first orbit; no transfer takes more than `longest`, nor passes
-    below the ground. `allowed` says which first impulses may be given at which departures.
+    `departures` (D,) are the times of `states` (D, 6) on the first orbit.
     """
-    arrivals = points_on(target, fineness.arrivals)
-    first, last = states[:, None, None, None, :], arrivals[None, :, None, None, :]
-    r1, r2 = np.linalg.norm(states[:, :3], axis=1), np.linalg.norm(arrivals[:, :3], axis=1)
-    u1, u2 = states[:, :3] / r1[:, None], arrivals[:, :3] / r2[:, None]
-    cosine = np.clip(u1 @ u2.T, -1.0, 1.0)
-    sine = np.linalg.norm(np.cross(u1[:, None], u2[None]), axis=2)
-    r1, r2 = r1[:, None, None, None], r2[None, :, None, None]
-    way = np.array([1.0, -1.0])[None, None, :, None]
-    cos, sin = cosine[:, :, None, None], way * np.maximum(sine, STRAIGHT)[:, :, None, None]
+    anomalies = anomalies_of(target, fineness.arrivals)
+    first = states[:, None, None, None, :]
+    last = points_on(target, anomalies)[None, :, None, None, :]
+    way = np.array([1.0, -1.0])[:, None]
+    when = departures[:, None, None, None]
+    table = _transfers(when, first, last, way, fineness.shapes, rules).cost.reshape(
+        len(states), len(anomalies), -1
+    )
+    best = table.argmin(axis=2)
+    ways, kinds = np.divmod(best, len(fineness.shapes))
+    finer = np.log(fineness.shapes[1] / fineness.shapes[0])
+    shapes = fineness.shapes[kinds]
+    for step in (finer, finer / 4.0):
+        tried = shapes[..., None, None] * np.exp(step * BETWEEN)
+        found = _transfers(when, first, last, way[ways][..., None], tried, rules).cost[..., 0, :]
+        shapes = np.take_along_axis(tried[..., 0, :], found.argmin(axis=2)[..., None], axis=2)[..., 0]
+    costs = found.min(axis=2)
+    chosen = np.array(_minima(costs, closed=target.eccentricity < 1.0), dtype=int).reshape(-1, 2).T
+    at = np.stack([departures[chosen[0]], anomalies[chosen[1]], np.log(shapes[*chosen])], axis=1)
+    steps = np.array([np.ptp(departures) / (len(departures) - 1), anomalies[1] - anomalies[0], finer])
+    return _refined(departures, states, target, rules, at, way[:, 0][ways[*chosen]], 0.5 * steps)
+
+
+def _refined(
+    departures: Array, states: Array, target: TargetOrbit, rules: Rules, at: Array, way: Array, steps: Array
+) -> list[Impulses]:
+    """Pairs at [departure, anomaly, ln p] (M, 3), each moved to its cheapest neighbour by steps that shrink; each minimum once."""
+    on_first = CubicHermiteSpline(departures, states[:, :3], states[:, 3:])
+    aside = np.stack(np.meshgrid(*([[-1.0, 0.0, 1.0]] * 3), indexing="ij"), axis=-1).reshape(-1, 3)
+    width = np.ones(len(at))
+
+    def transfers(points: Array) -> _Transfers:
+        when = np.clip(points[..., 0], departures[0], departures[-1])
+        first = np.concatenate([on_first(when), on_first(when, 1)], axis=-1)
+        ways = np.broadcast_to(way[:, None], when.shape)
+        return _transfers(when, first, points_on(target, points[..., 1]), ways, np.exp(points[..., 2]), rules)
+
+    for _ in range(ROUNDS):
+        tried = at[:, None] + aside * width[:, None, None] * steps
+        tried[..., 0] = np.clip(tried[..., 0], departures[0], departures[-1])
+        best = transfers(tried).cost.argmin(axis=1)
+        moved = np.any(aside[best] != 0.0, axis=1)
+        at = np.where(moved[:, None], tried[np.arange(len(at)), best], at)
+        width = np.where(moved, width, CLOSER * width)
+    found = transfers(at[:, None])
+    pairs = [
+        Impulses(float(at[k, 0]), float(found.flight[k, 0]), found.velocities[k, 0], float(found.cost[k, 0]))
+        for k in np.argsort(found.cost[:, 0], kind="stable")
+        if np.isfinite(found.cost[k, 0])
+    ]
+    apart: list[Impulses] = []
+    for pair in pairs:
+        if not any(_same(pair, each) for each in apart):
+            apart.append(pair)
+    return apart
+
+
+def _same(one: Impulses, other: Impulses) -> bool:
+    near = abs(one.flight - other.flight) + abs(one.departure - other.departure) < SAME * one.flight
+    apart = float(np.linalg.norm(one.velocities - other.velocities))
+    return near and apart < SAME * one.cost
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Transfers:
+    """Costs (...), infinite where a rule is not kept; times of flight (...), and both impulses (..., 2, 3)."""
+
+    cost: Array
+    flight: Array
+    velocities: Array
+
+
+def _transfers(when: Array, first: Array, last: Array, way: Array, shape: Array, rules: Rules) -> _Transfers:
+    """Transfers from states `first` (..., 6) to `last` (..., 6), `way` ±1 round, with p in units of that of least energy; all
+    broadcast."""
+    r1, r2 = np.linalg.norm(first[..., :3], axis=-1), np.linalg.norm(last[..., :3], axis=-1)
+    u1, u2 = first[..., :3] / r1[..., None], last[..., :3] / r2[..., None]
+    cos = np.clip(np.einsum("...i,...i->...", u1, u2), -1.0, 1.0)
+    sine = np.linalg.norm(np.cross(u1, u2), axis=-1)
+    sin = way * np.maximum(sine, STRAIGHT)
     chord = np.sqrt(r1**2 + r2**2 - 2.0 * r1 * r2 * cos)
-    p = np.maximum(r1 * r2 * (1.0 - cos) / np.maximum(chord, 1e-9) * fineness.shapes, 1e-6)
+    p = np.maximum(r1 * r2 * (1.0 - cos) / np.maximum(chord, 1e-9) * shape, 1e-6)
     f, g_rate = 1.0 - r2 * (1.0 - cos) / p, 1.0 - r1 * (1.0 - cos) / p
     g = r1 * r2 * sin / np.sqrt(p)
     v1 = (last[..., :3] - f[..., None] * first[..., :3]) / g[..., None]
     v2 = (g_rate[..., None] * last[..., :3] - first[..., :3]) / g[..., None]
-    dv1, dv2 = v1 - first[..., 3:], last[..., 3:] - v2
-    first_cost = np.linalg.norm(dv1, axis=-1)
-    cost = first_cost + np.linalg.norm(dv2, axis=-1)
+    given = np.stack([v1 - first[..., 3:], last[..., 3:] - v2], axis=-2)
+    sizes = np.linalg.norm(given, axis=-1)
     radial = np.einsum("...i,...i->...", v1, np.broadcast_to(first[..., :3], v1.shape)) / r1
-    turn = np.arctan2(sin, cos) % (2.0 * np.pi)
-    flight, lowest = _flight(p, r1, radial, turn, r2)
-    possible = (flight > 0.0) & (flight <= longest) & (lowest >= 1.0)
-    possible &= allowed(departures[:, None, None, None], first_cost)
-    cost = np.where(possible, cost, np.inf)
-    cost[np.broadcast_to((sine < STRAIGHT)[:, :, None, None], cost.shape)] = np.inf
-    count = cost.shape[2] * cost.shape[3]
-    flat = cost.reshape(len(states), len(arrivals), count)
-    best = flat.argmin(axis=2)
-    table = np.take_along_axis(flat, best[..., None], axis=2)[..., 0]
-    found = []
-    for d, a in _minima(table, closed=target.eccentricity < 1.0):
-        w, s = divmod(int(best[d, a]), cost.shape[3])
-        at = (d, a, w, s)
-        found.append(
-            Impulses(float(departures[d]), float(flight[at]), np.array([dv1[at], dv2[at]]), float(cost[at]))
-        )
-    return sorted(found, key=lambda each: each.cost)
+    flight, lowest = _flight(p, r1, radial, np.arctan2(sin, cos) % (2.0 * np.pi), r2)
+    possible = (flight > 0.0) & (flight <= rules.longest) & (lowest >= rules.lowest) & (sine >= STRAIGHT)
+    possible &= rules.allowed(when, sizes[..., 0])
+    return _Transfers(np.where(possible, sizes.sum(axis=-1), np.inf), flight, given)
 
 
 def _flight(p: Array, r1: Array, radial: Array, turn: Array, r2: Array) -> tuple[Array, Array]:

@@ -7,10 +7,9 @@ from functools import lru_cache
 
 from orbsoc.guidance.mission import PlanStatus
 
-from ..plan.burn_plan import BurnPlan
+from ..search.run import SearchResult
 from ..search.setup import InsertionSetup
-from .motion import Motion
-from .search import FLOWN, above_ground, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
+from .search import FLOWN, flown_starts, fly_and_verify, limits_of, proof_for_two_burns
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +23,7 @@ class TwoBurns:
 
 
 @lru_cache(maxsize=8)
-def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
+def two_burns_instead(plan: SearchResult) -> TwoBurns | None:
     """The first two burns found that the independent integrator confirms; None for a plan that needs none, and where none are."""
     scenario = plan.scenario
     if scenario.problem != "min_time" or plan.status in (PlanStatus.VERIFIED, PlanStatus.INTERRUPTED):
@@ -33,7 +32,7 @@ def two_burns_instead(plan: BurnPlan) -> TwoBurns | None:
     if proof_for_two_burns(ready):
         return None
     for start in flown_starts(ready, limits_of(ready), FLOWN):
-        if not start.flown.reaches or not above_ground(Motion.of(ready), start.flown):
+        if not start.flown.reaches:
             continue
         verification = fly_and_verify(ready, start.flown.transfer)
         if verification is not None and verification.verified:

@@ -14,12 +14,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Canonical times: the latest ignition, the longest coast between burns, and all burns together; the fastest turn of the
-    thrust over a burn, rad per canonical time, None for any."""
+    """Canonical times: the latest ignition, the longest coast between burns, and all burns together; the least radius of a coast;
+    the fastest turn of the thrust over a burn, rad per canonical time, None for any."""
 
     ignition: float
     coast: float
     burning: float
+    lowest: float
     rate: float | None = None
 
     def clipped(self, transfer: Transfer) -> Transfer:

@@ -117,6 +117,29 @@ class OblateCoast:
         return np.asarray(self.units.state_from_si(rotate_state(self.to_eci.T, states)))
 
 
+LOOKS = 65
+"""Points of a coast among which the lowest is sought."""
+LOWERED = 3
+"""Steps towards the lowest point, from the lowest of these."""
+
+
+def lowest_of(coast: Coast, state: Array, time: float) -> tuple[float, float]:
+    """The least radius on the way of a state (6,), and when it is there, in [0, `time`]; NaN where the coast cannot be flown."""
+    times = np.linspace(0.0, max(time, 0.0), LOOKS)
+    radii = np.linalg.norm(coast.way(state, times)[:, :3], axis=1)
+    k = int(np.nan_to_num(radii, nan=-np.inf).argmin())
+    when, radius = float(times[k]), float(radii[k])
+    early, late = float(times[max(k - 1, 0)]), float(times[min(k + 1, LOOKS - 1)])
+    for _ in range(LOWERED):
+        found = coast.way(state, np.array([0.0, when]))[-1] if when > 0.0 else state
+        bend = float(found[3:] @ found[3:] + found[:3] @ coast.rate(found)[3:])
+        if not bend > 0.0:
+            break
+        when = float(np.clip(when - found[:3] @ found[3:] / bend, early, late))
+        radius = min(radius, float(np.linalg.norm(found[:3])))
+    return radius, when
+
+
 @dataclass(frozen=True, slots=True)
 class Motion:
     """The engine, from the scenario's state on, and the coasts."""

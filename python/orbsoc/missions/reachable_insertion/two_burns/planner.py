@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orbsoc.guidance.figure_style import image_element
-from orbsoc.guidance.mission import Difference, FigureFile
+from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
 from orbsoc.guidance.scp import Iteration, Rules, Solve
 from orbsoc.guidance.verdict import Verdict
 
-from ..plan.comparison import SMA_REL, TIME_REL
-from ..plan.verdicts import shape_of
-from ..record.messages import FlownArc, FlownBurn, messages
+from ..figures.orbit import orbit_figure
+from ..record.attitude import attitude_table
+from ..record.messages import messages
 from ..search.setup import InsertionSetup
+from ..verification import shape_of
 from .bounded_search import BoundedSearch
-from .figures import draw_figures, orbit_figure
-from .record import attitude_csv, plan_document
+from .figures import draw_figures, title_of
+from .record import plan_document
 from .search import Found, Search
 from .transfer_plan import TransferPlan
 from .verdict import verdict_of
@@ -37,7 +38,8 @@ class TwoBurnPlan(TransferPlan):
         """The orbits with both burns, a Matplotlib figure. Raises ValueError for a plan that was not flown."""
         if self.verification is None:
             raise ValueError(f"nothing to plot: the plan is {self.status.value}; {self.message}")
-        return orbit_figure(self, self.verification)
+        start = self.scenario.launch_inertial(self.scenario.initial)
+        return orbit_figure(title_of(self), start, self.verification.flight)
 
     def __repr__(self) -> str:
         found = self.verification
@@ -67,14 +69,10 @@ class TwoBurnPlan(TransferPlan):
         return plan_document(self)
 
     def tables(self) -> dict[str, str]:
-        table, found = attitude_csv(self), self.verification
-        if table is None or found is None:
+        if self.verification is None or self.status is not PlanStatus.VERIFIED:
             return {}
-        flight = found.flight
-        starts = flight.starts_s
-        coasts = [FlownArc(starts[2 * k] + each.times_s, each.states) for k, each in enumerate(flight.coasts)]
-        burns = [FlownBurn(starts[2 * k + 1], each) for k, each in enumerate(flight.burns)]
-        return {"attitude.csv": table} | messages(self.scenario, coasts, burns)
+        arcs = self.verification.flight
+        return {"attitude.csv": attitude_table(self.scenario, arcs)} | messages(self.scenario, arcs)
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)
@@ -97,7 +95,7 @@ class TwoBurnPlan(TransferPlan):
         return tuple(found)
 
 
-BURN_REL = 10.0 * TIME_REL
+BURN_REL, SMA_REL = 1e-6, 1e-7
 """A descent ends where the last step promises 1e-7 of the burns, and two solvers end it in different places."""
 
 

@@ -1,4 +1,4 @@
-"""A transfer corrected by Gauss–Newton steps until its flight ends on the target orbit.
+"""A transfer corrected by Gauss–Newton steps until its flight ends on the target orbit and no coast is too low.
 
 A step is the smallest to first order, of the directions across themselves, of durations in relative terms, and of coasts.
 Steps are judged by the size of the next one (Deuflhard's natural level function), as in `smooth_burn`. Where the turn of the thrust
@@ -7,15 +7,15 @@ is bounded, a burn's directions are drawn together first, and then turn as a who
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..targets.any_target import AnyTarget
-from .flight import Sensitivities, ends_of, sensitivities
+from ..targets.target import Target
+from .flight import LowestPoint, Sensitivities, ends_of, lowest_point, sensitivities
 from .limits import Limits
-from .motion import Motion
+from .motion import Motion, lowest_of
 from .transfer import Transfer, rotated
 from .turning import slowed, turn_rates
 
@@ -32,25 +32,28 @@ LONGEST_STEP = 0.5
 """Of a direction, of the logarithm of a duration, and of a coast."""
 
 
-def missed(target: AnyTarget, end: Array) -> float:
+def missed(target: Target, end: Array) -> float:
     """The largest of the conditions at an end state (6,)."""
     return float(np.abs(target.conditions(end[None])).max())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Restored:
-    """A transfer moved towards the orbit, its sensitivities, and what it still misses the orbit by."""
+    """A transfer moved towards the orbit, its sensitivities, its lowest point between the burns, and what it still misses: the
+    largest of the conditions, or what the coast is too low by. `held`: whether it had to be lifted."""
 
     transfer: Transfer
     found: Sensitivities
+    lowest: LowestPoint
     miss: float
+    held: bool
 
     @property
     def reaches(self) -> bool:
         return self.miss <= REACHED
 
 
-def restored(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+def restored(motion: Motion, target: Target, limits: Limits, transfer: Transfer) -> Restored:
     """The transfer moved onto the orbit as far as that goes, and slowed down where it turns too fast."""
     transfer = limits.clipped(transfer.directed)
     if limits.rate is None:
@@ -60,70 +63,85 @@ def restored(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transf
         transfer = found.transfer
         if not found.reaches or turn_rates(transfer).max() <= limits.rate:
             return found
-    return Restored(transfer, found.found, np.inf)
+    return replace(found, miss=np.inf)
 
 
-def _corrected(motion: Motion, target: AnyTarget, limits: Limits, transfer: Transfer) -> Restored:
+def _corrected(motion: Motion, target: Target, limits: Limits, transfer: Transfer) -> Restored:
+    held = False
     for last in range(ITERATIONS + 1):
         found = sensitivities(motion, transfer)
-        if not np.isfinite(found.by_controls).all():
-            return Restored(transfer, found, np.inf)
-        miss = missed(target, found.end)
+        lowest = lowest_point(motion, transfer, found)
+        if not (np.isfinite(found.last.by_controls).all() and np.isfinite(lowest.by_controls).all()):
+            return Restored(transfer, found, lowest, np.inf, held)
+        held |= lowest.radius < limits.lowest
+        miss = max(missed(target, found.end), limits.lowest - lowest.radius)
         if last == ITERATIONS or not miss > MISS:
             break
         block, rhs = target.linear_rows(found.end)
-        step, inverse = _smallest_step(limits, transfer, found, block, block @ found.end - rhs)
-        level = float(np.linalg.norm(inverse @ (block @ found.end - rhs)))
-        best = _best_share(motion, target, limits, transfer, step, inverse, level)
+        rows = block @ found.end - rhs
+        by_times, by_controls = (
+            block @ found.last.by_times,
+            np.einsum("ri,ikna->rkna", block, found.last.by_controls),
+        )
+        if held:
+            rows = np.append(rows, lowest.radius - limits.lowest)
+            by_times = np.vstack([by_times, lowest.by_times])
+            by_controls = np.concatenate([by_controls, lowest.by_controls[None]])
+        step, inverse = _smallest_step(limits, transfer, by_times, by_controls, rows)
+        best = _best_share(motion, target, limits, transfer, step, inverse, rows)
         if best is None:
             break
         transfer = best
-    return Restored(transfer, found, miss)
+    return Restored(transfer, found, lowest, miss, held)
 
 
 def _best_share(
     motion: Motion,
-    target: AnyTarget,
+    target: Target,
     limits: Limits,
     transfer: Transfer,
     step: Array,
     inverse: Array,
-    level: float,
+    rows: Array,
 ) -> Transfer | None:
     """The transfer after the share of a step whose next step is smallest; None where none is smaller than this one."""
+    level = float(np.linalg.norm(inverse @ rows))
+    held = len(rows) > len(target.rows)
+
+    def next_level(transfer: Transfer, ends: Array) -> float:
+        if not np.isfinite(ends).all():
+            return np.inf
+        block, rhs = target.linear_rows(ends[-1])
+        left = block @ ends[-1] - rhs
+        if held:
+            left = np.append(
+                left, lowest_of(motion.coast, ends[0], float(transfer.coasts[1]))[0] - limits.lowest
+            )
+        return float(np.linalg.norm(inverse @ left))
+
     for shares in (SHARES[:1], SHARES[1:]):
         tried = [_moved(limits, transfer, share * step) for share in shares]
-        ends = ends_of(motion, tried)
-        levels = np.array([_level(target, inverse, end) for end in ends])
+        levels = np.array([next_level(*each) for each in zip(tried, ends_of(motion, tried), strict=True)])
         best = int(np.nan_to_num(levels, nan=np.inf).argmin())
         if levels[best] < level * (0.5 if len(shares) == 1 else 1.0):
             return tried[best]
     return None
 
 
-def _level(target: AnyTarget, inverse: Array, end: Array) -> float:
-    if not np.isfinite(end).all():
-        return np.inf
-    block, rhs = target.linear_rows(end)
-    return float(np.linalg.norm(inverse @ (block @ end - rhs)))
-
-
 def _smallest_step(
-    limits: Limits, transfer: Transfer, found: Sensitivities, block: Array, rows: Array
+    limits: Limits, transfer: Transfer, by_times: Array, by_controls: Array, rows: Array
 ) -> tuple[Array, Array]:
     """The step [coasts, log durations, directions], and the weighted inverse of the rows' Jacobian; with a bound on their turn,
     each burn's directions are three: a rotation vector."""
     burns, nodes = len(transfer.coasts), transfer.grid.size
     unit = transfer.controls
-    slopes = np.einsum("ri,ikna->rkna", block, found.by_controls)
-    slopes -= np.einsum("rkna,kna->rkn", slopes, unit)[..., None] * unit
+    slopes = by_controls - np.einsum("rkna,kna->rkn", by_controls, unit)[..., None] * unit
     weight = np.sqrt(0.5 * transfer.grid.weights)
     if limits.rate is None:
         by_directions = (slopes / weight[None, None, :, None]).reshape(len(rows), -1)
     else:
         by_directions = np.cross(unit, slopes).sum(axis=2).reshape(len(rows), -1)
-    by_times = np.hstack([block @ found.by_coasts, block @ found.by_durations * transfer.durations])
-    jacobian = np.hstack([by_times, by_directions])
+    jacobian = np.hstack([by_times[:, :burns], by_times[:, burns:] * transfer.durations, by_directions])
     movable = np.ones(2 * burns, dtype=bool)
     for _ in range(2 * burns + 1):
         held = jacobian.copy()

@@ -24,12 +24,11 @@ from orbsoc.guidance.scp import (
     trust_region,
     within_residual,
 )
-from orbsoc.orbit import PropagationError, elements_from_state
+from orbsoc.orbit import EARTH, PropagationError, elements_from_state
 
 from ..model.proof import OBLATE_COAST, Proof, proof_of_infeasibility
-from ..search.ignition import latest_s
 from ..search.setup import InsertionSetup
-from .flight import Sensitivities, sensitivities
+from .flight import Sensitivities, lowest_point, sensitivities
 from .limits import Limits
 from .motion import Motion
 from .restoration import REACHED, Restored, restored
@@ -58,18 +57,20 @@ UNBOUNDED = 1e4
 """Canonical coast where the scenario names no longest one."""
 TOLERANCE = 1e-9
 TRUST = TrustRules(radius=0.3, least_gain=1e-7)
-LOOKS = 65
-"""Points of a coast at which its height is looked at."""
+SPARE = 1e-6
+"""Radius that coasts keep beyond the limit, for what an integrator makes of them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Attempt:
-    """One run of the sequence, or a start that did not find the orbit: `miss` is the largest of the conditions."""
+    """One run of the sequence, or a start that did not find the orbit: `miss` is the largest of the conditions, and `lowest`
+    the least radius between its burns."""
 
     start: str
     note: str
     outcome: Outcome[Transfer]
     miss: float
+    lowest: float = np.inf
 
     @property
     def transfer(self) -> Transfer:
@@ -119,19 +120,18 @@ def proof_for_two_burns(ready: InsertionSetup) -> Proof | None:
     burn, scenario = ready.burn, ready.scenario.burn
     coasts = 2 if scenario.ignition == "free" else 1
     drift = coasts * OBLATE_COAST if scenario.coast_j2 else 0.0
-    return proof_of_infeasibility(
-        burn, ready.target, burn.longest, whole_orbit=True, coasts=True, drift=drift
-    )
+    return proof_of_infeasibility(burn, ready.target, burn.longest, coasts=True, drift=drift)
 
 
 def limits_of(ready: InsertionSetup) -> Limits:
     """What the scenario allows, and of the propellant somewhat more, for the way."""
     burn, scenario = ready.burn, ready.scenario
-    ignition = latest_s(ready) / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
+    ignition = ready.latest_ignition_s / ready.units.time_s if scenario.burn.ignition == "free" else 0.0
     longest = scenario.burn.longest_coast_s
     coast = UNBOUNDED if longest is None else longest / ready.units.time_s
     burning = min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow))
-    return Limits(ignition, coast, burning, ready.rate_bound)
+    lowest = (EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km) / ready.units.length_m
+    return Limits(ignition, coast, burning, lowest + SPARE, ready.rate_bound)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +184,9 @@ class Search:
                 miss = start.flown.miss
                 message = f"corrected in flight, the burns miss the orbit by {miss:.1e}"
                 outcome = Outcome(ExitReason.INFEASIBLE, start.flown.transfer, (), message)
-                found.attempts.append(Attempt(start.name, "corrected in flight", outcome, miss))
+                found.attempts.append(
+                    Attempt(start.name, "corrected in flight", outcome, miss, start.flown.lowest.radius)
+                )
                 found.consider(found.attempts[-1], None)
             elif len(shortened) < SHORTENED and all(abs(ignition - each) >= apart for each in shortened):
                 self._shorten(ready, limits, found, start)
@@ -218,6 +220,7 @@ class Search:
         unit = start.burning
         known: Array | None = None
         flown: Restored | None = None
+        held = False  # whether a step led too low, from which on the problems know the limit
 
         def propose(reference: Transfer, radius: float) -> Proposal[Transfer]:
             nonlocal known
@@ -225,7 +228,8 @@ class Search:
             found = flown.found if flown is not None and same else sensitivities(motion, reference)
             at = Linearised.about(reference, found)
             bend = np.zeros((4, 4)) if known is None else bend_of(motion, target, at, known)
-            builder, problem = problem_about(at, target, limits, radius, bend)
+            lowest = lowest_point(motion, reference, found) if held else None
+            builder, problem = problem_about(at, target, limits, radius, bend, lowest)
             solution = self.solve(problem, Settings(tol=TOLERANCE))
             figures = _figures(ready, reference, found)
             row = Iteration(1, TOLERANCE, problem, solution, figures=figures)
@@ -236,9 +240,10 @@ class Search:
             return Proposal(new, new.burning / unit, distance, (row,))
 
         def restore(transfer: Transfer) -> Transfer | None:
-            nonlocal flown
+            nonlocal flown, held
             flown = restored(motion, target, limits, transfer)
-            return flown.transfer if flown.reaches and above_ground(motion, flown) else None
+            held |= flown.held
+            return flown.transfer if flown.reaches else None
 
         return trust_region(
             start,
@@ -248,16 +253,6 @@ class Search:
             rules=replace(TRUST, max_iterations=max(self.rules.max_iterations, TRUST.max_iterations)),
             callback=self.callback,
         )
-
-
-def above_ground(motion: Motion, flown: Restored) -> bool:
-    """Whether every coast stays above the ground."""
-    before = np.vstack([motion.burn.start, flown.found.states[:-1, 1]])
-    for state, time in zip(before, flown.transfer.coasts, strict=True):
-        way = motion.coast.way(state, np.linspace(0.0, float(time), LOOKS))
-        if np.linalg.norm(way[:, :3], axis=1).min() < 1.0:
-            return False
-    return True
 
 
 def fly_and_verify(ready: InsertionSetup, transfer: Transfer) -> Verification | None:

@@ -22,10 +22,10 @@ from orbsoc.orbit import (
     state_from_elements,
 )
 
-from ..targets.any_target import AnyTarget
 from ..targets.free_target import FreeTarget
+from ..targets.target import Target
 from ..targets.target_orbit import TargetOrbit
-from .impulses import COARSE, FINE, Impulses, cheapest
+from .impulses import COARSE, FINE, Impulses, Rules, cheapest
 from .limits import Limits
 from .motion import Motion
 from .transfer import Transfer, constant
@@ -43,13 +43,17 @@ PERIGEES = 6
 LEAST_COAST = 1e-3
 
 
-def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]:
+def guesses(motion: Motion, target: Target, limits: Limits) -> list[Impulses]:
     """The cheapest pairs of impulses, best first, that burns can be made of within the limits.
 
     The first orbit is that of the coast; the transfers are two-body orbits.
     """
     burn = motion.burn
-    whole = [target] if isinstance(target, TargetOrbit) else list(_completed(burn, target))
+    if isinstance(target, FreeTarget):
+        whole = list(_completed(burn, target))
+    else:
+        assert isinstance(target, TargetOrbit)
+        whole = [target]
     latest = limits.ignition + 0.5 * limits.burning
     turns = revolutions(motion, latest)
     fine = len(whole) == 1 and turns <= MANY
@@ -62,16 +66,10 @@ def guesses(motion: Motion, target: AnyTarget, limits: Limits) -> list[Impulses]
         ignition = departure - 0.5 * _burn_time(burn, size, 0.0)
         return np.asarray((ignition >= -spacing) & (ignition <= limits.ignition + spacing))
 
+    rules = Rules(limits.coast + limits.burning, limits.lowest, allowed)
     found: list[Impulses] = []
     for each in whole:
-        found += cheapest(
-            departures,
-            states,
-            each,
-            limits.coast + limits.burning,
-            allowed,
-            fineness=FINE if fine else COARSE,
-        )
+        found += cheapest(departures, states, each, rules, fineness=FINE if fine else COARSE)
     return sorted(found, key=lambda each: each.cost)
 
 

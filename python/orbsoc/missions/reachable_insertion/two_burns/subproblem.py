@@ -24,8 +24,8 @@ from orbsoc.conic.problem import Problem
 from orbsoc.guidance.powered_flight import stored
 
 from ..model.attitude_rate import add_turns, slope_matrix
-from ..targets.any_target import AnyTarget
-from .flight import Sensitivities, sensitivities
+from ..targets.target import Target
+from .flight import CutOff, LowestPoint, Sensitivities, sensitivities
 from .limits import SHORTEST, Limits
 from .motion import Motion
 from .transfer import Transfer
@@ -49,17 +49,18 @@ class Linearised:
 
     @classmethod
     def about(cls, transfer: Transfer, found: Sensitivities) -> Linearised:
-        starts = found.states[:, 0]
+        starts = found.ignitions
         local = np.linalg.norm(starts[:, :3], axis=1) / np.linalg.norm(starts[:, 3:], axis=1)
         return cls(transfer, found, np.concatenate([local, np.maximum(transfer.durations, 1e-4)]))
 
-    def by_times(self, transfer: Transfer, found: Sensitivities) -> Array:
-        """The end state by d (6, 2K), of this transfer or one near it: directions turn with their ignition."""
+    def by_times(self, transfer: Transfer, by: CutOff | LowestPoint) -> Array:
+        """What follows [coasts, durations] and thrust, by d (..., 2K), of this transfer or one near it: directions turn with
+        their ignition."""
         swept = np.cross(
             self.found.turns.swapaxes(1, 2)[:, :, None], transfer.controls[:, None]
         )  # (K, 2K, N, 3)
-        by_turns = np.einsum("ikna,kjna->ij", found.by_controls, swept)
-        return np.asarray((found.by_times + by_turns) * self.scales)
+        by_turns = np.einsum("...kna,kjna->...j", by.by_controls, swept)
+        return np.asarray((by.by_times + by_turns) * self.scales)
 
     def moved(self, transfer: Transfer, step: Array) -> Transfer:
         """A transfer with this one's times, moved by a step d."""
@@ -68,9 +69,15 @@ class Linearised:
 
 
 def problem_about(
-    at: Linearised, target: AnyTarget, limits: Limits, radius: float, bend: Array
+    at: Linearised,
+    target: Target,
+    limits: Limits,
+    radius: float,
+    bend: Array,
+    lowest: LowestPoint | None = None,
 ) -> tuple[ConicBuilder, Problem]:
-    """The conic problem; its cost is the change of the burns' total duration, relative to what it is, and ½ dᵀ `bend` d."""
+    """The conic problem; its cost is the change of the burns' total duration, relative to what it is, and ½ dᵀ `bend` d. The
+    coast between the burns keeps to its least radius where its `lowest` point is given."""
     transfer, found = at.transfer, at.found
     burns, nodes = transfer.controls.shape[:2]
     builder = ConicBuilder()
@@ -81,8 +88,8 @@ def problem_about(
     builder.quadratic_cost(times, stored(bend))
 
     block, rhs = target.linear_rows(found.end)
-    by_controls = block @ found.by_controls.reshape(6, -1)
-    by_times = block @ at.by_times(transfer, found)
+    by_controls = block @ found.last.by_controls.reshape(6, -1)
+    by_times = block @ at.by_times(transfer, found.last)
     size = _sizes(at, target)
     now = transfer.controls.reshape(-1)
     side = rhs - block @ found.end + by_controls @ now
@@ -98,6 +105,11 @@ def problem_about(
     builder.second_order([(controls, balls)], np.tile([1.0, 0.0, 0.0, 0.0], burns * nodes), size=4)
     heads = np.hstack([np.full((burns * nodes, 1), radius), -now.reshape(-1, 3)])
     builder.second_order([(controls, balls)], heads.ravel(), size=4)
+    if lowest is not None:
+        by_thrust, by_step = lowest.by_controls.reshape(1, -1), at.by_times(transfer, lowest)[None]
+        scale = max(float(np.abs(by_step).max()), float(np.abs(by_thrust).max()))
+        spare = lowest.radius - limits.lowest - by_thrust @ now
+        builder.nonnegative([(controls, -by_thrust / scale), (times, -by_step / scale)], spare / scale)
     if limits.rate is not None:
         _bound_turns(builder, at, limits.rate, radius, (controls, times))
     return builder, builder.build()
@@ -120,25 +132,25 @@ def _bound_turns(
     builder.nonnegative([(controls, along)], np.full(burns * nodes, 0.5 * radius**2 - 1.0))
 
 
-def _sizes(at: Linearised, target: AnyTarget) -> Array:
+def _sizes(at: Linearised, target: Target) -> Array:
     """The largest entry of each row."""
     block = target.linear_rows(at.found.end)[0]
-    by_times = np.abs(block @ at.by_times(at.transfer, at.found)).max(axis=1)
-    by_controls = np.abs(block @ at.found.by_controls.reshape(6, -1)).max(axis=1)
+    by_times = np.abs(block @ at.by_times(at.transfer, at.found.last)).max(axis=1)
+    by_controls = np.abs(block @ at.found.last.by_controls.reshape(6, -1)).max(axis=1)
     return np.asarray(np.maximum(by_times, by_controls))
 
 
-def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, target: AnyTarget) -> Array:
+def multipliers(builder: ConicBuilder, solution: HasDuals, at: Linearised, target: Target) -> Array:
     """Of the target's rows as they are, not as they were scaled."""
     return np.asarray(builder.dual(solution, ROWS) / _sizes(at, target))
 
 
-def bend_of(motion: Motion, target: AnyTarget, at: Linearised, multiplied: Array) -> Array:
+def bend_of(motion: Motion, target: Target, at: Linearised, multiplied: Array) -> Array:
     """The convex part of the second derivatives (2K, 2K) of the rows by the times, each row times its multiplier."""
     burns = len(at.transfer.coasts)
 
     def slope(transfer: Transfer, found: Sensitivities) -> Array:
-        return np.asarray(multiplied @ target.linear_rows(found.end)[0] @ at.by_times(transfer, found))
+        return np.asarray(multiplied @ target.linear_rows(found.end)[0] @ at.by_times(transfer, found.last))
 
     here = slope(at.transfer, at.found)
     bend = np.zeros((2 * burns, 2 * burns))

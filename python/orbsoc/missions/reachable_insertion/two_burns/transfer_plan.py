@@ -13,7 +13,7 @@ from orbsoc.orbit import EARTH, CanonicalUnits, Elements
 
 from ..model.proof import Proof
 from ..scenario import Scenario
-from ..targets.any_target import AnyTarget
+from ..targets.target import Target
 from .limits import SHORTEST
 from .search import Attempt
 from .transfer import Transfer
@@ -41,7 +41,7 @@ class TransferPlan:
     """
 
     scenario: Scenario
-    target: AnyTarget
+    target: Target
     status: PlanStatus
     message: str
     attempts: tuple[Attempt, ...]

@@ -1,13 +1,34 @@
-"""The verdict of a plan of two burns as lines."""
+"""What is said of a plan of two burns: the lines *Answer*, *Option* and *Optimum*, and the same in sentences."""
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
+from orbsoc.orbit import EARTH, CanonicalUnits
 
-from ..plan.verdict import fitted, flown_within, infeasible_line, not_verified_line, short_shape
+from ..record.words import (
+    Phrases,
+    Violation,
+    answer_line,
+    fitted,
+    rate_in_words,
+    sentences,
+    start_tried,
+    worst_first,
+)
+from ..search.setup import InsertionSetup
+from ..targets.rows import Row
+from ..verification import shape_of, short_shape
+from .flight import sensitivities
+from .motion import Motion
+from .restoration import REACHED
+from .search import Attempt
 from .transfer_plan import TransferPlan
-from .verdicts import starts_tried, violations
+from .turning import turn_rates
 
 
 def verdict_of(plan: TransferPlan) -> Verdict:
@@ -16,26 +37,16 @@ def verdict_of(plan: TransferPlan) -> Verdict:
 
 
 def _answer(plan: TransferPlan) -> VerdictLine:
-    found, status = plan.verification, plan.status
-    if status is PlanStatus.VERIFIED and found is not None:
+    verified = closest = ""
+    if plan.verification is not None:
         first, second = plan.burns
-        figure = (
-            f"burns {first.duration_s:.3f} + {second.duration_s:.3f} s → {short_shape(found.planned_orbit)}"
-        )
-        return fitted(Question.ANSWER, Word.VERIFIED, figure, flown_within(plan.scenario, found))
-    if status is PlanStatus.NOT_VERIFIED and found is not None:
-        return not_verified_line(plan.scenario, found)
-    if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        return infeasible_line(plan.proof)
-    if status is PlanStatus.NOT_FOUND and plan.best is not None:
+        shape = short_shape(plan.verification.planned_orbit)
+        verified = f"burns {first.duration_s:.3f} + {second.duration_s:.3f} s → {shape}"
+    elif plan.best is not None:
         left = violations(plan)
-        worst = (
-            f"the closest leaves {left[0].words}"
-            if left
-            else f"the shortest take {plan.time_of_flight_s:.1f} s"
-        )
-        return fitted(Question.ANSWER, Word.NOT_FOUND, f"{len(starts_tried(plan))} starts; {worst}")
-    return fitted(Question.ANSWER, Word[status.name], plan.message)
+        worst = f"closest leaves {left[0].words}" if left else f"shortest take {plan.time_of_flight_s:.1f} s"
+        closest = f"{len(starts_tried(plan))} starts; the {worst}"
+    return answer_line(plan, verified, closest)
 
 
 def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
@@ -43,5 +54,118 @@ def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
     optimum = fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
     if not plan.one_is_enough:
         return (optimum,)
-    option = "one burn is enough: --set burn.count=1 --set burn.ignition=free"
-    return (fitted(Question.OPTION, Word.POSSIBLE, option), optimum)
+    one = {"burn.count": "1", "burn.ignition": "free"}
+    return (VerdictLine(Question.OPTION, Word.POSSIBLE, "one burn is enough", settings=one), optimum)
+
+
+def verdict(plan: TransferPlan) -> str:
+    """One or two sentences."""
+    tried, oblate = len(starts_tried(plan)), plan.scenario.burn.coast_j2
+    sought = f"two burns that end on the target orbit were found from {tried} start{'s' if tried > 1 else ''}"
+    if plan.best is None:
+        sought = (
+            "pair of impulses within the limits on ignition and coast leads to the target above the ground"
+        )
+    proved_for = "two burns and their coasts with J2" if oblate else "any number of burns and coasts"
+    return sentences(
+        plan,
+        Phrases(
+            achievement="" if plan.verification is None else _achievement(plan),
+            flown="coasts and burns end",
+            nodes="" if plan.best is None else f"{plan.best.nodes} nodes a burn",
+            oblate="J2 acts on the coasts, and not on the burns",
+            objection="",
+            option=_slew(plan) + _one_is_enough(plan),
+            which="burns, however steered and whenever begun",
+            proved_for=f"{proved_for} above the ground",
+            sought=sought,
+            left=_left(plan),
+            advice=_what_to_try(plan),
+        ),
+    )
+
+
+def violations(plan: TransferPlan) -> tuple[Violation, ...]:
+    """Terminal rows that the closest transfer leaves violated, worst first; empty where one ends on the orbit."""
+    return () if plan.best is None else violations_of(plan, plan.best)
+
+
+def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]:
+    """The same of any attempt."""
+    ready, found = InsertionSetup.of(plan.scenario), []
+    if attempt.miss > REACHED:
+        end = sensitivities(Motion.of(ready), attempt.transfer).end
+        for row, value in plan.target.misses(end):
+            found.append(Violation(row, value, plan.target.words(row, value, end, (1.0, 1.0))))
+        low_km = (attempt.lowest * ready.units.length_m - EARTH.earth_radius_m) / 1e3
+        short_km = plan.scenario.limits.lowest_altitude_km - low_km
+        if short_km > 0.0:
+            words = f"the coast between the burns at {low_km:.4g} km, {short_km:.4g} below limits.lowest_altitude_km"
+            found.append(Violation(Row.COAST_ALTITUDE, 1e3 * short_km / ready.units.length_m, words))
+    if ready.rate_bound is not None:
+        over = float(turn_rates(attempt.transfer).max()) - ready.rate_bound
+        if over > 0.0:
+            found.append(Violation(Row.ATTITUDE_RATE, over, rate_in_words(plan.scenario, over)))
+    return worst_first(found, REACHED)
+
+
+def starts_tried(plan: TransferPlan) -> list[dict[str, Any]]:
+    """Every start of the search, in its order: how its last attempt ended, and the worst row that it left."""
+    last = {attempt.start: attempt for attempt in plan.attempts}
+    time_s = CanonicalUnits.of(EARTH).time_s
+    return [
+        start_tried(
+            start,
+            float(attempt.transfer.coasts[0]) * time_s,
+            attempt.outcome.reason,
+            violations_of(plan, attempt),
+        )
+        for start, attempt in last.items()
+    ]
+
+
+def _achievement(plan: TransferPlan) -> str:
+    assert plan.verification is not None
+    first, second = plan.burns
+    ignition = f" after a coast of {plan.ignition_s:.1f} s" if plan.scenario.burn.ignition == "free" else ""
+    return (
+        f"the two shortest burns found onto the target orbit, {shape_of(plan.verification.planned_orbit)}, take"
+        f" {first.duration_s:.3f} s{ignition} and, {plan.coast_s:.1f} s later, {second.duration_s:.3f} s: together"
+        f" {plan.time_of_flight_s:.3f} s, {plan.propellant_kg:.1f} kg of propellant and {plan.delta_v_m_s:.1f} m/s,"
+        f" in {plan.total_time_s:.0f} s"
+    )
+
+
+def _slew(plan: TransferPlan) -> str:
+    """How fast the thrust turns between the burns, where that is faster than their bound."""
+    found, bound = plan.verification, plan.scenario.limits.attitude_rate_deg_s
+    if found is None or bound is None or not np.rad2deg(found.slew_rad_s) > bound:
+        return ""
+    slew = f"the slew between the burns takes {np.rad2deg(found.slew_rad_s):.4g} °/s"
+    return f". The bound is for the burns alone; {slew}"
+
+
+def _one_is_enough(plan: TransferPlan) -> str:
+    if not plan.one_is_enough:
+        return ""
+    return ". One of them came out as nothing, so that one burn is enough: --set burn.count=1 --set burn.ignition=free"
+
+
+def _left(plan: TransferPlan) -> str:
+    if plan.best is None:
+        return ""
+    found, longest_s = violations(plan), plan.scenario.vehicle.longest_burn_s
+    if found:
+        return f"The closest ones leave {found[0].words}"
+    if plan.time_of_flight_s > longest_s:
+        return f"The shortest ones found take {plan.time_of_flight_s:.1f} s, and the propellant lasts for {longest_s:.1f} s"
+    return "The closest ones could not be flown by the independent integrator"
+
+
+def _what_to_try(plan: TransferPlan) -> str:
+    burn = plan.scenario.burn
+    if burn.ignition == "now":
+        return "try --set burn.ignition=free, a nearer target, or more propellant"
+    if burn.longest_coast_s is not None or burn.latest_ignition_s is not None:
+        return "try a later burn.latest_ignition_s, a longer burn.longest_coast_s, a nearer target, or more propellant"
+    return "try a nearer target, or more propellant"

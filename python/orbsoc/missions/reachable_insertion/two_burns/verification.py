@@ -7,53 +7,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.guidance.powered_flight import commanded
-from orbsoc.orbit import (
-    EARTH,
-    CanonicalUnits,
-    angular_momentum,
-    laplace_vector,
-    propagate_burn,
-)
+from orbsoc.orbit import EARTH, CanonicalUnits
 
-from ..model.attitude_rate import peak_rate, rates
 from ..model.coast import coasted_from
 from ..scenario import Scenario
-from ..targets.any_target import AnyTarget
-from ..targets.free_target import FreeTarget
-from ..verification import (
-    SAMPLES,
-    EndOfFlight,
-    Flight,
-    OrbitErrors,
-    failures_of,
-    orbit_of,
-    per_second,
-    rate_failures,
-)
+from ..targets.target import Target
+from ..verification import SAMPLES, Arcs, CoastArc, EndOfFlight, Flight, flown_burn, judged
 from .transfer import Transfer
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CoastArc:
-    """States (K, 6), SI, in the axes of plans, at times (K,) from the start of the coast."""
-
-    times_s: Array
-    states: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TransferFlight:
-    """Coasts and burns by turns, each from the end of the one before; `starts_s` (2K,) count from the scenario's state.
+class TransferFlight(Arcs):
+    """Two coasts and two burns.
 
     A burn's `planned` is what was propagated: the optimiser flies by the same law, and only ends are compared.
     """
-
-    coasts: tuple[CoastArc, ...]
-    burns: tuple[Flight, ...]
-    starts_s: tuple[float, ...]
 
     @property
     def end(self) -> Array:
@@ -87,52 +57,30 @@ def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
     time_s = CanonicalUnits.of(EARTH).time_s
     thruster = scenario.vehicle.thruster()
     state = scenario.launch_inertial(scenario.initial)
-    tau = np.linspace(-1.0, 1.0, SAMPLES)
-    coasts, burns, starts = [], [], []
+    coasts: list[CoastArc] = []
+    burns: list[Flight] = []
+    starts: list[float] = []
     now_s = 0.0
     for coast, duration, controls in zip(transfer.coasts, transfer.durations, transfer.controls, strict=True):
         coast_s, duration_s = float(coast) * time_s, float(duration) * time_s
         times_s = np.linspace(0.0, coast_s, SAMPLES)
         coasts.append(CoastArc(times_s, coasted_from(scenario, state, times_s, independent=True)))
-        raw = transfer.grid.interpolate(controls, tau)
-        size = np.linalg.norm(raw, axis=1)
-        times_s = 0.5 * duration_s * (tau + 1.0)
-        steering = commanded(transfer.grid, controls, duration_s)
-        states = propagate_burn(coasts[-1].states[-1], thruster, steering, times_s)
-        turning = per_second(rates(transfer.grid, controls, tau), duration_s)
-        burns.append(Flight(times_s, raw / size[:, None], turning, size, states, states))
+        burns.append(flown_burn(coasts[-1].states[-1], thruster, transfer.grid, controls, duration_s))
         starts += [now_s, now_s + coast_s]
         now_s += coast_s + duration_s
-        state = states[-1]
+        state = burns[-1].propagated[-1]
         thruster = replace(thruster, mass_kg=thruster.mass_kg - thruster.mass_flow_kg_s * duration_s)
     return TransferFlight(tuple(coasts), tuple(burns), tuple(starts))
 
 
-def verify(scenario: Scenario, target: AnyTarget, transfer: Transfer, planned_end: Array) -> Verification:
+def verify(scenario: Scenario, target: Target, transfer: Transfer, planned_end: Array) -> Verification:
     """Fly the transfer and compare the orbit it reaches with the one it promises; `planned_end` (6,) is canonical."""
     flight = fly(scenario, transfer)
-    if isinstance(target, FreeTarget):
-        momentum = angular_momentum(planned_end[:3], planned_end[3:])
-        laplace = laplace_vector(planned_end[:3], planned_end[3:], 1.0)
-    else:
-        momentum, laplace = target.momentum * target.normal, target.eccentricity * target.perigee
-    errors = OrbitErrors.of(scenario, target, flight.end, momentum, laplace)
-    size = np.concatenate([each.raw_norm for each in flight.burns])
-    pairs = zip(transfer.controls, flight.burns, strict=True)
-    peaks = [per_second(np.array(peak_rate(transfer.grid, u)), float(burn.times_s[-1])) for u, burn in pairs]
-    peak_rad_s = float(max(peaks))
-    excess, deficit = float(size.max()) - 1.0, float(size.min()) - 1.0
-    return Verification(
-        flight=flight,
-        planned_orbit=orbit_of(scenario, CanonicalUnits.of(EARTH).state_to_si(planned_end)),
-        propagated_orbit=errors.orbit,
-        angular_momentum_rel=errors.angular_momentum_rel,
-        laplace_rel=errors.laplace_rel,
-        plane_rad=errors.plane_rad,
-        thrust_excess=excess,
-        thrust_deficit=deficit,
-        peak_rate_rad_s=peak_rad_s,
-        slew_rad_s=flight.slew_rad_s,
-        failures=failures_of(errors.checks(scenario.verification, target, excess, flight.lowest_altitude_m))
-        + rate_failures(scenario, peak_rad_s),
-    )
+    promised = target.promised(planned_end)
+    found = judged(scenario, target, planned_end, promised, list(flight.burns), flight.lowest_altitude_m)
+    lowest_km = min(each.lowest_altitude_m for each in flight.coasts if each.times_s[-1] > 0.0) / 1e3
+    allowed_km = scenario.limits.lowest_altitude_km
+    if lowest_km < allowed_km:
+        words = f"altitude of a coast is {lowest_km:.3f} km, allowed {allowed_km:g} km or more"
+        found["failures"] = (*found["failures"], words)
+    return Verification(**found, flight=flight, slew_rad_s=flight.slew_rad_s)

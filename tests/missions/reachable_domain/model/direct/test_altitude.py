@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from orbsoc.missions.reachable_domain.model.direct.altitude import altitude_rows
+from orbsoc.missions.reachable_domain.model.direct.condensed import altitude_rows
 from tests.missions.reachable_domain.three_planes import COLLOCATION, GUESS
 
 

@@ -11,7 +11,8 @@ from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.missions.reachable_domain.model.direct.arcs import Arcs
 from orbsoc.missions.reachable_domain.model.direct.condensed import condense
 from orbsoc.missions.reachable_insertion.model.problems import Iterate, MaxEnergyFreePerigee
-from orbsoc.missions.reachable_insertion.targets.target_orbit import TargetOrbit
+from orbsoc.missions.reachable_insertion.targets.target_orbit import LargestOrbit
+from orbsoc.orbit import EARTH
 from orbsoc.orbit.planes import in_plane_axes
 from tests.missions.reachable_domain.three_planes import COLLOCATION, GUESS, PERIGEES, PLANES, TARGET
 
@@ -19,8 +20,9 @@ from tests.missions.reachable_domain.three_planes import COLLOCATION, GUESS, PER
 def full_form(k: int, about: Arcs) -> tuple[orbsoc.Problem, MaxEnergyFreePerigee]:
     """The subproblem of plane k with states, controls and end state as unknowns."""
     first, second = in_plane_axes(PLANES[k])
-    target = TargetOrbit(PLANES[k], first, second, 1.0, 0.1)
-    model = MaxEnergyFreePerigee(COLLOCATION.burn, target, float(PERIGEES[k]), None, lambda _trajectory: {})
+    height_m = (float(PERIGEES[k]) - 1.0) * EARTH.earth_radius_m
+    target = LargestOrbit(PLANES[k], first, second, 1.0, 0.1, height_m, is_direction_free=True)
+    model = MaxEnergyFreePerigee(COLLOCATION.burn, target, None, lambda _trajectory: {})
     velocities = COLLOCATION.velocities(about.positions)[k]
     states = np.hstack([about.positions[k], velocities])
     trajectory = Trajectory(

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from orbsoc.missions.reachable_domain.record.summary import summary
+from orbsoc.missions.reachable_domain.search.continuation.boundary import resolved_boundary
 from orbsoc.missions.reachable_domain.search.continuation.domain import Domain
 from orbsoc.missions.reachable_domain.search.query.envelope import is_paper_case
-from orbsoc.missions.reachable_domain.search.query.resolved_boundary import resolved_boundary
 from orbsoc.reach import ReachableDomain
 from tests.missions.reachable_domain.cases import paper
 

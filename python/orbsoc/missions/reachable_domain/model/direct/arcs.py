@@ -13,15 +13,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array
 
 from ..batch import Batch
 from .picard import GravityGradient, blocks, solve_picard
-
-Array = NDArray[np.float64]
 
 MOST_EQUALITIES = 3
 """Equality rows of a subproblem: two of the plane, one of the perigee direction."""

@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from orbsoc.conic.problem import Cones, Problem
+from orbsoc.orbit.array import Array, Flags, Index
 
-from .arcs import EndMap
+from .arcs import Arcs, Collocation, EndMap
 from .terminal import TerminalRows
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +44,7 @@ class CondensedBatch:
     def __len__(self) -> int:
         return len(self.c)
 
-    def __getitem__(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> CondensedBatch:
+    def __getitem__(self, which: Index | Flags) -> CondensedBatch:
         return CondensedBatch(
             self.base, self.c[which], self.A[which], self.b[which], self.G[which], self.h[which]
         )
@@ -89,10 +87,8 @@ def condense(linear: EndMap, end: TerminalRows, *, path: tuple[Array, Array] | N
     nodes = n // 3
     bound, bound_rhs = _on_controls(linear, end.bound, end.bound_rhs)
     if path is not None:
-        bound, bound_rhs = (
-            np.concatenate([bound, path[0]], axis=1),
-            np.concatenate([bound_rhs, path[1]], axis=1),
-        )
+        bound = np.concatenate([bound, path[0]], axis=1)
+        bound_rhs = np.concatenate([bound_rhs, path[1]], axis=1)
     equal, equal_rhs = _on_controls(linear, end.equal, end.equal_rhs)
     cone, cone_rhs = _on_controls(linear, end.cone, end.cone_rhs)
     l, q = bound.shape[1], cone.shape[1]
@@ -118,3 +114,20 @@ def condense(linear: EndMap, end: TerminalRows, *, path: tuple[Array, Array] | N
 def _on_controls(linear: EndMap, rows: Array, rhs: Array) -> tuple[Array, Array]:
     """rows · x_f ∘ rhs as rows · (∂x_f/∂u) u ∘ rhs − rows · constant."""
     return rows @ linear.by_control, rhs - (rows @ linear.constant[:, :, None])[:, :, 0]
+
+
+def altitude_rows(
+    collocation: Collocation, linear: EndMap, about: Arcs, lowest: Array
+) -> tuple[Array, Array]:
+    """Rows (B, N, 3N) and right-hand sides (B, N) of −r̂ᵢ·Rᵢ ≤ −ρ for smallest radii (B,), canonical: a bound on the altitude.
+
+    The direction r̂ᵢ is the reference's: a half-space that the sphere of radius ρ lies behind, so what the rows allow is
+    allowed by the sphere too: r̂ᵢ·Rᵢ ≥ ρ implies |Rᵢ| ≥ ρ.
+    """
+    count, n = about.positions.shape[:2]
+    outward = about.positions / np.linalg.norm(about.positions, axis=2, keepdims=True)
+    inverse = collocation.inverse(about.positions).reshape(count, n, 3, 3 * n)
+    rows = -np.einsum("bni,bnij->bnj", outward, inverse)
+    rhs = np.einsum("bni,ni->bn", outward, collocation.straight) - lowest[:, None]
+    rhs -= np.einsum("bnj,bj->bn", rows, linear.offset.reshape(count, -1))
+    return rows * np.repeat(collocation.thrust, 3), rhs

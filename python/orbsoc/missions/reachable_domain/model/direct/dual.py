@@ -20,12 +20,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Batch
-from .condensed import CondensedBatch
+from orbsoc.orbit.array import Array, Flags, Index
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
+from ..batch import Batch, column
+from .condensed import CondensedBatch
 
 INACTIVE, BOUNDARY, VERTEX = 0, 1, 2
 """Kinds of complementary cone pairs: z = 0; both on the cone's boundary; s = 0."""
@@ -45,19 +43,16 @@ GROWTH = 4.0
 """A residual that grows by more in a step is no sign of a solution nearby."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DualSolutions:
-    """What Newton arrived at for B points: controls x (B, n), multipliers y (B, p) and z (B, 3) of the cone, its slack s
-    (B, 3), the steps taken, the relative residuals and gaps, and which points are solved (B,)."""
+@dataclass(slots=True, eq=False)
+class DualSolutions(Batch):
+    """What Newton arrived at for B points: controls x (B, n), multipliers y (B, p) and z (B, 3) of the cone, which points are
+    solved (B,), and the steps taken."""
 
-    solved: Flags
     x: Array
     y: Array
-    z: Array
-    s: Array
-    steps: NDArray[np.uint32]
-    primal_residual: Array
-    gap: Array
+    z: Array = column(0.0, 3)
+    solved: Flags = column(False, dtype=bool)
+    steps: NDArray[np.uint32] = column(0, dtype=np.uint32)
 
 
 @dataclass(slots=True, eq=False)
@@ -79,22 +74,12 @@ def solve_dual(batch: CondensedBatch, equal: Array, perigee: Array, tolerance: A
     rhs = np.concatenate([batch.b, batch.h[:, -3:]], axis=1)
     radius = np.sqrt(perigee[:, 1] ** 2 + perigee[:, 2] ** 2)
     inside = perigee[:, 0] - radius > INSIDE * perigee[:, 0]
-    regime = np.where(perigee[:, 0] <= NO_MULTIPLIER, INACTIVE, np.where(inside, VERTEX, BOUNDARY)).astype(
-        np.int8
-    )
+    active = np.where(inside, VERTEX, BOUNDARY)
+    regime = np.where(perigee[:, 0] <= NO_MULTIPLIER, INACTIVE, active).astype(np.int8)
     start = np.where((regime == INACTIVE)[:, None], 0.0, perigee)
     start[regime == BOUNDARY, 0] = radius[regime == BOUNDARY]
     here = _Points(batch.c, slopes, rhs, equal.copy(), start, regime)
-    found = DualSolutions(
-        solved=np.zeros(count, bool),
-        x=np.zeros((count, n)),
-        y=np.zeros((count, p)),
-        z=np.zeros((count, 3)),
-        s=np.zeros((count, 3)),
-        steps=np.zeros(count, np.uint32),
-        primal_residual=np.full(count, np.inf),
-        gap=np.full(count, np.inf),
-    )
+    found = DualSolutions.blank(count, x=np.zeros((count, n)), y=np.zeros((count, p)))
     with np.errstate(all="ignore"):
         for first in range(0, count, BLOCK):
             part = np.arange(first, min(first + BLOCK, count))
@@ -114,7 +99,8 @@ def _newton(here: _Points, found: DualSolutions, live: Index, tolerance: Array) 
         worst = np.abs(error).max(axis=1)
         there = worst <= 0.1 * tolerance[live]
         if there.any():
-            _take(here, found, live, np.flatnonzero(there), controls, slack, length, tolerance)
+            at, rows = here[there], live[there]
+            _take(at, found, rows, controls[there], slack[there], length[there], tolerance[rows])
         going = np.flatnonzero(~there & (worst <= GROWTH * before))
         if not going.size or step == STEPS:
             return
@@ -149,9 +135,7 @@ def _enter_cone(here: _Points, slack: Array, pull: Array, length: Array, toleran
     radius = np.sqrt((slack[:, p + 1 :] ** 2).sum(axis=1))
     which = np.flatnonzero((here.regime == INACTIVE) & (radius - slack[:, p] > tolerance))
     if which.size:
-        axis = np.concatenate(
-            [np.ones((which.size, 1)), -slack[which, p + 1 :] / radius[which, None]], axis=1
-        )
+        axis = np.hstack([np.ones((which.size, 1)), -slack[which, p + 1 :] / radius[which, None]])
         moves = (here.slopes[which, :, p:] @ axis[:, :, None]).reshape(which.size, -1, 3)
         along = np.einsum("bni,bni->bn", moves, pull[which])
         bend = ((np.einsum("bni,bni->bn", moves, moves) - along**2) / length[which]).sum(axis=1)
@@ -208,30 +192,17 @@ def _advance(here: _Points, slack: Array, error: Array, axes: Array, pull: Array
 
 
 def _take(
-    here: _Points,
-    found: DualSolutions,
-    live: Index,
-    which: Index,
-    controls: Array,
-    slack: Array,
-    length: Array,
-    tolerance: Array,
+    at: _Points, found: DualSolutions, rows: Index, x: Array, slack: Array, length: Array, tolerance: Array
 ) -> None:
-    """Check the pairs of points `which` and store those that are solutions."""
-    at, rows, p = here[which], live[which], here.equal.shape[1]
-    x, short, s = controls[which], slack[which, :p], slack[which, p:]
-    z = at.perigee
+    """Check the pairs of some points, which are `rows` of `found`, and store those that are solutions."""
+    p, z = at.equal.shape[1], at.perigee
+    short, s = slack[:, :p], slack[:, p:]
     outside = np.maximum(np.sqrt((s[:, 1:] ** 2).sum(axis=1)) - s[:, 0], 0.0)
     beyond = np.maximum(np.sqrt((z[:, 1:] ** 2).sum(axis=1)) - z[:, 0], 0.0) / (1.0 + np.abs(z).max(axis=1))
-    primal = np.maximum(
-        np.abs(short).max(axis=1) / (1.0 + np.abs(at.rhs[:, :p]).max(axis=1)),
-        outside / (1.0 + np.abs(s).max(axis=1)),
-    )
+    plane = np.abs(short).max(axis=1) / (1.0 + np.abs(at.rhs[:, :p]).max(axis=1))
+    primal = np.maximum(plane, outside / (1.0 + np.abs(s).max(axis=1)))
     objective = (at.cost * x).sum(axis=1)
-    dual = (
-        -(at.rhs[:, :p] * at.equal).sum(axis=1) - (at.rhs[:, p:] * z).sum(axis=1) - length[which].sum(axis=1)
-    )
+    dual = -(at.rhs[:, :p] * at.equal).sum(axis=1) - (at.rhs[:, p:] * z).sum(axis=1) - length.sum(axis=1)
     gap = np.abs(objective - dual) / (1.0 + np.minimum(np.abs(objective), np.abs(dual)))
-    found.solved[rows] = np.maximum(np.maximum(primal, gap), beyond) <= tolerance[rows]
-    found.x[rows], found.y[rows], found.z[rows], found.s[rows] = x, at.equal, z, s
-    found.primal_residual[rows], found.gap[rows] = primal, gap
+    found.solved[rows] = np.maximum(np.maximum(primal, gap), beyond) <= tolerance
+    found.x[rows], found.y[rows], found.z[rows] = x, at.equal, z

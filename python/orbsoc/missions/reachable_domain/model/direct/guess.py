@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import interpolation_matrix
+from orbsoc.orbit.array import Array
 
 from .arcs import Arcs, Collocation
 
-Array = NDArray[np.float64]
 Rate = Callable[[float, Array], Array]
 
 GAIN = 2.0

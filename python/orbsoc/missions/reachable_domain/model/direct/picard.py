@@ -12,9 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array
 
 MAX_ITERATIONS = 40
 UNCHECKED_ITERATIONS = 6

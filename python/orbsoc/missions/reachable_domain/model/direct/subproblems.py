@@ -15,15 +15,13 @@ from numpy.typing import NDArray
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.solving.batch import solve_batch
 
+from ..batch import Batch, column
 from .arcs import MOST_EQUALITIES
 from .condensed import PERIGEE_CONE, CondensedBatch
 from .dual import solve_dual
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,31 +41,19 @@ SolveMany = Callable[[CondensedBatch, Settings], SolvedBatch]
 """Solves a batch of condensed subproblems by an interior-point method."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Answers:
+@dataclass(slots=True, eq=False)
+class Answers(Batch):
     """What became of B subproblems: controls (B, n), multipliers (B, 6) as `Arcs` keeps them, and (B,) iterations.
 
     `usable`: the point may move to its solution. `exact`: it is exact enough to end with. `infeasible`: there is none.
     """
 
     controls: Array
-    multipliers: Array
-    iterations: NDArray[np.int32]
-    usable: Flags
-    exact: Flags
-    infeasible: Flags
-
-    @classmethod
-    def none(cls, count: int, n: int) -> Answers:
-        """Nothing answered yet."""
-        return cls(
-            controls=np.zeros((count, n)),
-            multipliers=np.full((count, 2 * MOST_EQUALITIES), np.nan),
-            iterations=np.zeros(count, np.int32),
-            usable=np.zeros(count, bool),
-            exact=np.zeros(count, bool),
-            infeasible=np.zeros(count, bool),
-        )
+    multipliers: Array = column(np.nan, 2 * MOST_EQUALITIES)
+    iterations: NDArray[np.int32] = column(0, dtype=np.int32)
+    usable: Flags = column(False, dtype=bool)
+    exact: Flags = column(False, dtype=bool)
+    infeasible: Flags = column(False, dtype=bool)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +64,12 @@ class Subproblems:
     dual: bool = True
 
     @classmethod
-    def threaded(cls, threads: int = 1, *, dual: bool = True) -> Subproblems:
-        """With `orbsoc.solve_batch` on `threads` threads."""
+    def in_process(cls, *, dual: bool = True) -> Subproblems:
+        """With `orbsoc.solve_batch` on one thread."""
 
         def solve(batch: CondensedBatch, settings: Settings) -> SolvedBatch:
             data = {name: getattr(batch, name) for name in ("c", "A", "b", "G", "h")}
-            found = solve_batch(batch.base, **data, settings=settings, threads=threads)
+            found = solve_batch(batch.base, **data, settings=settings, threads=1)
             residual = np.maximum(np.maximum(found.primal_residual, found.dual_residual), found.gap)
             return SolvedBatch(found.status, found.x, found.y, found.z, found.iterations, residual)
 
@@ -92,7 +78,7 @@ class Subproblems:
     def __call__(self, batch: CondensedBatch, near: Array, tight: Flags, rules: Rules) -> Answers:
         """Answer each subproblem, at the tight tolerance of the rules where `tight` (B,), from multipliers `near`
         (B, 6), NaN where there are none."""
-        out = Answers.none(len(batch), batch.base.n)
+        out = Answers.blank(len(batch), controls=np.zeros((len(batch), batch.base.n)))
         if self.dual and not batch.base.cones.l and batch.base.cones.q[-1] == PERIGEE_CONE:
             _by_dual(batch, near, np.where(tight, rules.tight_tol, rules.loose_tol), out)
         left = ~out.usable

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.orbit.planes import TiltFrame, cross, in_plane_axes
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_] | NDArray[np.intp]
+Mask = Flags | Index
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,9 +45,6 @@ class Target(Protocol):
     def __getitem__(self, which: Mask) -> Target: ...
 
     @property
-    def has_cone(self) -> bool: ...
-
-    @property
     def perigee(self) -> Array: ...
 
     def rows(self, ends: Array) -> TerminalRows: ...
@@ -69,11 +65,6 @@ class LargestOrbit:
 
     def __len__(self) -> int:
         return len(self.normal)
-
-    @property
-    def has_cone(self) -> bool:
-        """Whether the perigee is a cone, or bounds about a fixed direction."""
-        return self.perigee_direction is None and not self.perigee_at_bound
 
     def __getitem__(self, which: Mask) -> LargestOrbit:
         fixed = self.perigee_direction
@@ -131,11 +122,6 @@ class LargestTilt:
 
     def __len__(self) -> int:
         return len(self.azimuth)
-
-    @property
-    def has_cone(self) -> bool:
-        """The perigee is a cone."""
-        return True
 
     def __getitem__(self, which: Mask) -> LargestTilt:
         return LargestTilt(self.frame, self.azimuth[which], self.perigee[which])

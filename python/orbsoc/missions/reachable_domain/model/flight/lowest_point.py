@@ -8,11 +8,9 @@ signs of its slope; only such steps are looked into.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.runge_kutta import RungeKuttaArc
-
-Array = NDArray[np.float64]
 
 SAMPLES = 33
 """Points of a step that is looked into; a parabola through the lowest three of them gives the minimum."""

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH
+from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import in_plane_axes, orbit_normal, plane_error
 
-from ..batch import Batch
+from ..batch import Batch, column
+from ..direct.terminal import LargestOrbit
 from .propagation import Flights
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Limit = Array | float
 N = TypeVar("N", float, Array)
 
@@ -62,7 +61,7 @@ class Orbits:
         return np.asarray(2.0 * self.ecc * np.abs(np.sin(0.5 * (self.argp - wanted))))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Flown(Batch):
     """What B flown plans reached and by how much they miss: everything (B,), canonical lengths, radians.
 
@@ -72,35 +71,27 @@ class Flown(Batch):
     length between its nodes; the flight normalises it, but a length above 1 betrays a grid that is too coarse.
     """
 
-    sma: Array
-    ecc: Array
-    perigee: Array
-    argp: Array
-    normal: Array
-    lowest: Array
-    sma_error: Array
-    plane_error: Array
-    perigee_short: Array
-    altitude_short: Array
-    direction_error: Array
-    raw_most: Array
-    raw_least: Array
+    sma: Array = column()
+    ecc: Array = column()
+    perigee: Array = column()
+    argp: Array = column()
+    normal: Array = column(np.nan, 3)
+    lowest: Array = column()
+    sma_error: Array = column()
+    plane_error: Array = column()
+    perigee_short: Array = column()
+    altitude_short: Array = column()
+    direction_error: Array = column()
+    raw_most: Array = column()
+    raw_least: Array = column()
 
     @classmethod
     def compare(
-        cls,
-        flights: Flights,
-        predicted_sma: Array,
-        normal: Array,
-        perigee: Array,
-        *,
-        direction: Array | None,
-        perigee_at_bound: bool,
-        lowest_allowed: float,
+        cls, flights: Flights, predicted_sma: Array, target: LargestOrbit, lowest_allowed: float
     ) -> Flown:
-        """Compare flights with their predictions and bounds; `direction` (B, 3) is where the perigee is to lie."""
-        orbits = Orbits.of(flights.ends, normal)
-        short = perigee - orbits.perigee
+        """Compare flights with their predictions and bounds."""
+        orbits = Orbits.of(flights.ends, target.normal)
+        short = target.perigee - orbits.perigee
         return cls(
             sma=orbits.sma,
             ecc=orbits.ecc,
@@ -109,19 +100,13 @@ class Flown(Batch):
             normal=orbit_normal(flights.ends),
             lowest=flights.lowest,
             sma_error=np.abs(orbits.sma / predicted_sma - 1.0),
-            plane_error=plane_error(flights.ends, normal),
-            perigee_short=np.abs(short) if perigee_at_bound else np.maximum(short, 0.0),
+            plane_error=plane_error(flights.ends, target.normal),
+            perigee_short=np.abs(short) if target.perigee_at_bound else np.maximum(short, 0.0),
             altitude_short=np.maximum(lowest_allowed - flights.lowest, 0.0),
-            direction_error=orbits.turned_from(direction, normal),
+            direction_error=orbits.turned_from(target.perigee_direction, target.normal),
             raw_most=flights.raw_most,
             raw_least=flights.raw_least,
         )
-
-    @classmethod
-    def unknown(cls, count: int) -> Flown:
-        """Rows of NaN."""
-        shapes = {"normal": (count, 3)}
-        return cls(*(np.full(shapes.get(field.name, (count,)), np.nan) for field in fields(cls)))
 
     def kept(self, *, sma_rel: Limit, plane_rad: Limit, bound: Limit, raw_excess: float) -> Flags:
         """Whether every prediction and bound is kept within tolerances, one for all or (B,); False where a number is missing."""

@@ -15,17 +15,13 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
-from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly, refined
 
-from ..batch import Batch
+from ..batch import Batch, column
 from .lowest_point import lowest_radius
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 FIRST_STEPS, MOST_STEPS = 8, 2048
 """Steps of a flight, and those beyond which it is given up: what it reached then is NaN, and confirms no plan."""
@@ -39,16 +35,16 @@ BLOCK = 512
 """Burns in a block: what fits in a core's cache."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Flights(Batch):
     """B propagated burns, canonical: end states (B, 6), smallest radius (B,) on the way, the extremes of the raw
     interpolant's length (B,), and the estimated error (B,) of the propagation."""
 
-    ends: Array
-    lowest: Array
-    raw_most: Array
-    raw_least: Array
-    error: Array
+    ends: Array = column(np.nan, 6)
+    lowest: Array = column()
+    raw_most: Array = column()
+    raw_least: Array = column()
+    error: Array = column()
 
 
 GivenUp = Callable[[Index, Flights], Flags]
@@ -66,7 +62,7 @@ def fly(
     """Propagate the burns that programmes (B, N, 3) on N Legendre–Gauss nodes command for `duration` (canonical), in
     `steps` steps, cut where they are too long for some until its error is small enough, or it is given up."""
     count = len(programmes)
-    out = Flights(np.full((count, 6), np.nan), *(np.full(count, np.nan) for _ in range(4)))
+    out = Flights.blank(count)
     equal = np.linspace(0.0, duration, steps + 1)
     for first in range(0, count, BLOCK):
         left, ends = np.arange(first, min(first + BLOCK, count)), equal

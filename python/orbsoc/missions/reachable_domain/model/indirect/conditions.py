@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import cross, in_plane_axes
 
-from ..direct.terminal import LargestOrbit, LargestTilt, Target
+from ..direct.terminal import LargestOrbit
 
-Array = NDArray[np.float64]
 Vector = NDArray[Any]
 """Real, or complex in a complex step."""
 
@@ -35,17 +35,7 @@ class Conditions:
     values: Vector
 
 
-def active_rows(target: Target) -> NDArray[np.bool_]:
-    """The active rows of a target, (B, 4); the perigee's is True where it may become active."""
-    flags = np.ones((len(target), ROWS), bool)
-    if isinstance(target, LargestTilt):
-        flags[:, [ACROSS, DIRECTION]] = False
-    elif isinstance(target, LargestOrbit):
-        flags[:, DIRECTION] = target.perigee_direction is not None
-    return flags
-
-
-def conditions(target: Target, ends: Vector) -> Conditions:
+def conditions(target: LargestOrbit, ends: Vector) -> Conditions:
     """Evaluate at end states (B, 6), real or complex."""
     r, v = ends[:, :3], ends[:, 3:]
     rr, vv, rv = _dot(r, r), _dot(v, v), _dot(r, v)
@@ -63,15 +53,6 @@ def conditions(target: Target, ends: Vector) -> Conditions:
     gradients = np.zeros((len(ends), ROWS, 6), ends.dtype)
     values = np.zeros((len(ends), ROWS), ends.dtype)
     gradients[:, PERIGEE], values[:, PERIGEE] = perigee_slope, perigee
-    if isinstance(target, LargestTilt):
-        towards = target.frame.directions(target.azimuth)
-        hinge = cross(target.frame.normal, towards)
-        gradients[:, PLANE], values[:, PLANE] = _component(hinge, r, v)
-        up_slope, up = _component(towards, r, v)
-        along_slope, along = _component(np.broadcast_to(target.frame.normal, towards.shape), r, v)
-        size = (up**2 + along**2)[:, None]
-        return Conditions((along[:, None] * up_slope - up[:, None] * along_slope) / size, gradients, values)
-    assert isinstance(target, LargestOrbit)
     first, second = in_plane_axes(target.normal)
     gradients[:, PLANE], values[:, PLANE] = _component(first, r, v)
     gradients[:, ACROSS], values[:, ACROSS] = _component(second, r, v)
@@ -85,7 +66,7 @@ def conditions(target: Target, ends: Vector) -> Conditions:
     return Conditions(energy_slope, gradients, values)
 
 
-def curvature(target: Target, ends: Array, multipliers: Array) -> Array:
+def curvature(target: LargestOrbit, ends: Array, multipliers: Array) -> Array:
     """∇²(J + Σ ν c) at end states, (B, 6, 6)."""
     point = np.repeat(np.arange(len(ends)), 6)
     nudged = ends[point].astype(np.complex128)

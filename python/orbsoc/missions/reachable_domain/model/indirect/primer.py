@@ -11,20 +11,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.gauss import GaussSteps, extrapolation, gauss_steps, integrate
-
-from .variation import variational_matrices
-
-Array = NDArray[np.float64]
 
 FIRST_ITERATIONS, ITERATIONS = 4, 1
 """Fixed-point iterations of the sensitivity equations in the first step, and in the others, which start from the one before:
 they only shape Newton's step."""
 FLIGHT_BLOCK, BLOCK = 512, 64
 """Extremals in a block of flights, and of sensitivities: what fits in a core's cache."""
+LENGTHS_AT = np.linspace(-1.0, 1.0, 201)
+"""Times, on [−1, 1], at which a programme's length is sampled."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,19 +34,13 @@ class Extremals:
     ends: Array
     nodes: Array
 
-    def __getitem__(self, which: NDArray[np.intp]) -> Extremals:
+    def __getitem__(self, which: Index) -> Extremals:
         return Extremals(self.scheme, self.ends[which], self.nodes[:, :, which])
 
-    def put(self, which: NDArray[np.intp], other: Extremals) -> None:
+    def put(self, which: Index, other: Extremals) -> None:
         """Overwrite some extremals, in place."""
         self.ends[which] = other.ends
         self.nodes[:, :, which] = other.nodes
-
-    @property
-    def lowest_radius(self) -> Array:
-        """Smallest |r| on the way, (B,)."""
-        radius = np.sqrt((self.nodes[:, :3] ** 2).sum(axis=1)).min(axis=0)
-        return np.asarray(np.minimum(radius, np.linalg.norm(self.ends[:, :3], axis=1)))
 
 
 def extremals(burn: Burn, duration: float, primers: Array, *, steps: int) -> Extremals:
@@ -91,6 +84,25 @@ def extremals(burn: Burn, duration: float, primers: Array, *, steps: int) -> Ext
     return Extremals(scheme, ends, nodes)
 
 
+def primer_programmes(flown: Extremals, nodes: int) -> Array:
+    """Attitude programmes (B, N, 3) of extremals: primers at N Legendre–Gauss nodes, the largest on the way of length 1.
+
+    The primer is smooth where its direction swings, so a few nodes hold it.
+    """
+    scheme = flown.scheme
+    at = 0.5 * scheme.duration * (legendre_gauss(nodes).nodes + 1.0)
+    step = np.minimum((at / scheme.length).astype(np.intp), scheme.steps - 1)
+    primers = flown.nodes[:, 3:].reshape(scheme.steps, scheme.stages, 3, -1)
+    vectors = np.empty((primers.shape[3], nodes, 3))
+    for k in range(nodes):
+        start = step[k] * scheme.length
+        row = interpolation_matrix(scheme.offsets, [at[k] - start])[0]
+        vectors[:, k] = np.einsum("s,sdb->bd", row, primers[step[k]])
+    between = interpolation_matrix(legendre_gauss(nodes).nodes, LENGTHS_AT) @ vectors
+    largest = np.sqrt(np.einsum("bkd,bkd->bk", between, between).max(axis=1))
+    return np.asarray(vectors / largest[:, None, None])
+
+
 def sensitivity(burn: Burn, flown: Extremals) -> Array:
     """∂[r, v, p, ṗ](t_f)/∂[p₀, ṗ₀], shape (B, 12, 6), along flown extremals, to a few digits (see ITERATIONS)."""
     out = np.empty((len(flown.ends), 12, 6))
@@ -98,7 +110,7 @@ def sensitivity(burn: Burn, flown: Extremals) -> Array:
     with np.errstate(all="ignore"):
         for first in range(0, len(out), BLOCK):
             part = slice(first, first + BLOCK)
-            out[part] = _integrated(flown.scheme, variational_matrices(thrust, flown.nodes[:, :, part]))
+            out[part] = _integrated(flown.scheme, _variational_matrices(thrust, flown.nodes[:, :, part]))
     return out
 
 
@@ -120,3 +132,32 @@ def _integrated(scheme: GaussSteps, field: Array) -> Array:
         y = y + scheme.length * rate + (scheme.lever @ push).reshape(y.shape)
         rate = rate + (scheme.weights @ push).reshape(y.shape)
     return np.concatenate([y[:, :3], rate[:, :3], y[:, 3:], rate[:, 3:]], axis=1)
+
+
+def _variational_matrices(thrust: Array, nodes: Array) -> Array:
+    """K of the motion next to an extremal, δÿ = K(t) δy with y = (r, p), (nodes, B, 6, 6): [[G, k(I − p̂p̂ᵀ)/|p|], [∂(Gp)/∂r, G]].
+
+    `nodes` (nodes, 6, B) are [r, p] of B extremals and `thrust` (nodes,) the accelerations k. G = 3rrᵀ/|r|⁵ − I/|r|³ and
+    ∂(Gp)/∂r = 3(rpᵀ + prᵀ + (r·p)I)/|r|⁵ − 15(r·p)rrᵀ/|r|⁷.
+    """
+    r, p = nodes[:, :3].transpose(1, 0, 2), nodes[:, 3:].transpose(1, 0, 2)
+    square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
+    along = (r[0] * p[0] + r[1] * p[1] + r[2] * p[2]) / square
+    size = np.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
+    kappa = 1.0 / (square * np.sqrt(square))
+    steer, five = thrust[:, None] / size, 3.0 * kappa / square
+    unit, scaled, leant = p / size, five * r, p - (5.0 * along) * r
+    out = np.empty((6, 6, *square.shape))
+    for i in range(3):
+        for j in range(i, 3):
+            gravity = scaled[i] * r[j]
+            turn = -steer * unit[i] * unit[j]
+            bend = scaled[i] * leant[j] + five * p[i] * r[j]
+            if i == j:
+                gravity -= kappa
+                turn += steer
+                bend += 3.0 * kappa * along
+            out[i, j] = out[j, i] = out[3 + i, 3 + j] = out[3 + j, 3 + i] = gravity
+            out[i, 3 + j] = out[j, 3 + i] = turn
+            out[3 + i, j] = out[3 + j, i] = bend
+    return np.ascontiguousarray(out.transpose(2, 3, 0, 1))

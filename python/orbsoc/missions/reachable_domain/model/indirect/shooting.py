@@ -15,17 +15,14 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import differentiation_matrix, interpolation_matrix
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array, Flags, Index
 
 from ..batch import Batch
 from ..direct.arcs import Collocation
 from ..direct.sequence import Sequences
-from ..direct.terminal import Target
-from .conditions import PERIGEE, ROWS, active_rows, conditions, curvature
+from ..direct.terminal import LargestOrbit
+from .conditions import DIRECTION, PERIGEE, ROWS, conditions, curvature
 from .primer import Extremals, extremals, sensitivity
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 TOLERANCE = 1e-10
 """Largest residual, canonical, of a converged point."""
@@ -77,11 +74,11 @@ class Indirect:
     duration: float
     steps: int = 12
 
-    def solve(self, target: Target, start: Unknowns, *, perigee_at_bound: bool = False) -> Extrema:
-        """Newton from `start`; with `perigee_at_bound` the perigee is at ρ, not above it."""
+    def solve(self, target: LargestOrbit, start: Unknowns) -> Extrema:
+        """Newton from `start`."""
         count = len(target)
         found = start.copy()
-        if perigee_at_bound:
+        if target.perigee_at_bound:
             found.active[:, PERIGEE] = True
         flown, residual = self.flown(found), np.full(count, np.inf)
         steps = np.zeros(count, np.int32)
@@ -93,7 +90,7 @@ class Indirect:
                 flown.put(todo, arrived)
             steps[todo] += taken
             found.put(todo, part)
-            if perigee_at_bound:
+            if target.perigee_at_bound:
                 break
             todo = todo[self._wrong_side(target[todo], found[todo], flown.ends[todo, :6], residual[todo])]
             if not todo.size:
@@ -106,13 +103,15 @@ class Indirect:
         """The extremals themselves."""
         return extremals(self.burn, self.duration, unknowns.primers, steps=self.steps)
 
-    def _wrong_side(self, target: Target, at: Unknowns, ends: Array, residual: Array) -> Flags:
+    def _wrong_side(self, target: LargestOrbit, at: Unknowns, ends: Array, residual: Array) -> Flags:
         value = conditions(target, ends).values[:, PERIGEE]
         active = at.active[:, PERIGEE]
         wrong = np.where(active, at.multipliers[:, PERIGEE] < -1e-9, value < -1e-9)
         return np.asarray(wrong & (residual <= TOLERANCE))
 
-    def _newton(self, target: Target, at: Unknowns, arrived: Extremals) -> tuple[Array, NDArray[np.int32]]:
+    def _newton(
+        self, target: LargestOrbit, at: Unknowns, arrived: Extremals
+    ) -> tuple[Array, NDArray[np.int32]]:
         """Damped Newton, in place on `at` and its extremals; residuals and steps taken. Points that stall are left."""
         count = len(target)
         size = _size(residuals(target, arrived.ends, at))
@@ -140,7 +139,7 @@ class Indirect:
         arrived.put(live, flown)
         return size, steps
 
-    def _matrix(self, target: Target, at: Unknowns, flown: Extremals) -> Array:
+    def _matrix(self, target: LargestOrbit, at: Unknowns, flown: Extremals) -> Array:
         """Derivatives of `residuals` by [p₀, ṗ₀, ν], (B, 10, 10)."""
         ends = flown.ends[:, :6]
         by_start = sensitivity(self.burn, flown)
@@ -156,7 +155,9 @@ class Indirect:
         matrix[~np.isfinite(matrix).all(axis=(1, 2))] = np.eye(6 + ROWS)
         return matrix
 
-    def _backtrack(self, target: Target, at: Unknowns, flown: Extremals, step: Array, size: Array) -> Array:
+    def _backtrack(
+        self, target: LargestOrbit, at: Unknowns, flown: Extremals, step: Array, size: Array
+    ) -> Array:
         """Move by the longest of the halved steps that makes the residual smaller, in place on `at` and `flown`, and
         stay where none does; the residuals (B,)."""
         found = size.copy()
@@ -189,7 +190,7 @@ def _solved(matrix: Array, values: Array) -> Array:
         return np.asarray(-(np.linalg.pinv(matrix) @ values[:, :, None])[:, :, 0])
 
 
-def residuals(target: Target, flown_ends: Array, at: Unknowns) -> Array:
+def residuals(target: LargestOrbit, flown_ends: Array, at: Unknowns) -> Array:
     """λ(t_f) − ∇J − Σ ν ∇c and the active rows' values (ν itself where a row is not active), (B, 10)."""
     here = conditions(target, flown_ends[:, :6])
     costate = np.concatenate([-flown_ends[:, 9:], flown_ends[:, 6:9]], axis=1)
@@ -198,19 +199,22 @@ def residuals(target: Target, flown_ends: Array, at: Unknowns) -> Array:
     return np.concatenate([costate - slope, rows], axis=1)
 
 
-def from_sequences(collocation: Collocation, target: Target, found: Sequences, which: Index) -> Unknowns:
+def from_sequences(
+    collocation: Collocation, target: LargestOrbit, found: Sequences, which: Index
+) -> Unknowns:
     """Unknowns read off the multipliers of the last convex subproblems of the points `which`."""
     arcs, part = found.arcs[which], target[which]
     linear = collocation.end_map(arcs)
     rows = part.rows(arcs.ends)
     p = rows.equal.shape[1]
     costate = -rows.cost - (arcs.multipliers[:, :p, None] * rows.equal).sum(axis=1)
-    perigee = rows.cone if part.has_cone else rows.bound
+    perigee = rows.cone if rows.cone.shape[1] else rows.bound
     costate -= (arcs.multipliers[:, 3 : 3 + perigee.shape[1], None] * perigee).sum(axis=1)
     nodes = (costate[:, None] @ linear.by_control)[:, 0].reshape(arcs.controls.shape)
     nodes = nodes / (0.5 * collocation.duration * collocation.grid.weights * collocation.thrust)[:, None]
     here = conditions(part, arcs.ends)
-    active = active_rows(part)
+    active = np.ones(here.values.shape, bool)
+    active[:, DIRECTION] = part.perigee_direction is not None
     active[:, PERIGEE] = here.values[:, PERIGEE] < 1e-6
     weights = np.where(active[:, :, None], here.gradients, 0.0)
     fitted = np.linalg.pinv(weights.swapaxes(1, 2), rcond=1e-12) @ (costate - here.objective)[:, :, None]

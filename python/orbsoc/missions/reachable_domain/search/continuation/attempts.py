@@ -13,20 +13,17 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.batch import Batch, Rows
+from orbsoc.orbit.array import Array, Flags, Index
+
+from ...model.batch import Batch, Rows, column
 from ...model.direct.arcs import Arcs
 from ...model.direct.guess import resampled
 from ...model.direct.sequence import Ending
 from ...model.direct.terminal import LargestOrbit
-from ...model.flight.attitude import Programmes, primer_programmes
 from ...model.flight.orbits import RADIUS_M, Flown
-from ...model.indirect.primer import Extremals
+from ...model.indirect.primer import Extremals, primer_programmes
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .tools import MOST_GRIDS, Tools
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 PRIMER_NODES = (16, 32, 64)
 """Nodes of the attitude programme of a polished plan, tried in this order: one with the first of NEWTON_STEPS, two with
@@ -52,50 +49,36 @@ class Attempts(Batch):
     (B, MOST_GRIDS) counts those solved on each of `Tools.grids`.
     """
 
-    ending: NDArray[np.int8]
-    verified: Flags
-    polished: Flags
-    nodes: NDArray[np.int16]
     arcs: Arcs
     flown: Flown
-    programmes: NDArray[np.object_]
-    subproblems: NDArray[np.int32]
-    solver_iterations: NDArray[np.int32]
-    newton_steps: NDArray[np.int32]
+    nodes: NDArray[np.int16]
+    ending: NDArray[np.int8] = column(Ending.RUNNING, dtype=np.int8)
+    verified: Flags = column(False, dtype=bool)
+    polished: Flags = column(False, dtype=bool)
+    programmes: NDArray[np.object_] = column(None, dtype=object)
+    subproblems: NDArray[np.int32] = column(0, MOST_GRIDS, dtype=np.int32)
+    solver_iterations: NDArray[np.int32] = column(0, dtype=np.int32)
+    newton_steps: NDArray[np.int32] = column(0, dtype=np.int32)
 
     @classmethod
     def none(cls, start: Arcs, nodes: int) -> Attempts:
         """Nothing found yet."""
         count = len(start)
-        return cls(
-            ending=np.zeros(count, np.int8),
-            verified=np.zeros(count, bool),
-            polished=np.zeros(count, bool),
-            nodes=np.full(count, nodes, np.int16),
-            arcs=start.copy(),
-            flown=Flown.unknown(count),
-            programmes=np.full(count, None, dtype=object),
-            subproblems=np.zeros((count, MOST_GRIDS), np.int32),
-            solver_iterations=np.zeros(count, np.int32),
-            newton_steps=np.zeros(count, np.int32),
-        )
+        grid = np.full(count, nodes, np.int16)
+        return cls.blank(count, arcs=start.copy(), flown=Flown.blank(count), nodes=grid)
 
     def put(self, which: Rows, other: Self) -> None:
         """Overwrite some points by other attempts at them, adding up the counters."""
-        for name in self.__dataclass_fields__:
-            mine, theirs = getattr(self, name), getattr(other, name)
-            if isinstance(mine, (Arcs, Flown)):
-                mine.put(which, theirs)
-            elif name in SPENT:
-                mine[which] += theirs
-            else:
-                mine[which] = theirs
+        spent = {name: getattr(self, name)[which] + getattr(other, name) for name in SPENT}
+        Batch.put(self, which, other)
+        for name, counts in spent.items():
+            getattr(self, name)[which] = counts
 
-    def accept(self, which: Index, programmes: Programmes, flown: Flown, verified: Flags) -> None:
+    def accept(self, which: Index, programmes: Array, flown: Flown, verified: Flags) -> None:
         """Take flown programmes for the points `which`."""
         self.flown.put(which, flown)
         self.verified[which] = verified
-        for k, vectors in zip(which, programmes.vectors, strict=True):
+        for k, vectors in zip(which, programmes, strict=True):
             self.programmes[k] = vectors
 
 
@@ -149,11 +132,10 @@ def _sequence(
     that the flight is compared with.
     """
     nodes = int(out.nodes[which[0]])
-    collocation = tools.collocation(nodes)
     part = (target if requested is None else requested)[which]
-    found = tools.sequences(collocation, part, out.arcs[which], lowest=lowest)
+    found = tools.sequences(nodes, part, out.arcs[which], lowest=lowest)
     out.ending[which] = found.ending
-    out.subproblems[which, tools.grids.index(nodes)] += found.iterations
+    out.subproblems[which] += tools.subproblems(nodes, found)
     out.solver_iterations[which] += found.inner_iterations
     out.verified[which] = False
     reached = np.flatnonzero(found.ending == Ending.CONVERGED)
@@ -161,10 +143,8 @@ def _sequence(
         return
     here = which[reached]
     out.arcs.put(here, found.arcs[reached])
-    programmes = Programmes(found.arcs.controls[reached])
-    flown = tools.verify(
-        programmes, target[here], _sma(found.arcs.ends[reached]), perigee_at_bound=target.perigee_at_bound
-    )
+    programmes = found.arcs.controls[reached]
+    flown = tools.verify(programmes, target[here], _sma(found.arcs.ends[reached]))
     if lowest is not None:
         out.accept(here, programmes, flown, tools.kept(flown, sma_rel=tools.sma_rel_along_bound(nodes)))
         return
@@ -176,90 +156,50 @@ def _sequence(
     )
     bad = np.flatnonzero(~confirmed)
     if bad.size:
-        unknowns = from_sequences(collocation, target[which], found, reached[bad])
+        unknowns = from_sequences(tools.collocation(nodes), target[which], found, reached[bad])
         polish(tools, target, out, here[bad], unknowns)
 
 
-def polish(
-    tools: Tools,
-    target: LargestOrbit,
-    out: Attempts,
-    which: Index,
-    start: Unknowns,
-    *,
-    perigee_at_bound: bool = False,
-) -> Unknowns:
+def polish(tools: Tools, target: LargestOrbit, out: Attempts, which: Index, start: Unknowns) -> Unknowns:
     """Newton from `start` for the points `which`, with finer steps where they are needed; take what converges and
     is confirmed by its flight. Where the solution with coarser steps lies too far off to lead to the next, `start` is tried
     again. Returns the unknowns arrived at."""
-    unknowns = start[np.arange(len(which))]
+    unknowns = start.copy()
     left, moved = np.arange(len(which)), np.zeros(len(which), bool)
     for level, steps in enumerate(NEWTON_STEPS):
         if level == len(NEWTON_STEPS) - 1:
             left = left[moved[left]]
         if not left.size:
             break
-        found = tools.indirect(steps).solve(
-            target[which[left]], unknowns[left], perigee_at_bound=perigee_at_bound
-        )
+        newton = tools.indirect(steps)
+        found = newton.solve(target[which[left]], unknowns[left])
         misled = np.flatnonzero(moved[left] & ~found.converged)
         if misled.size:
-            found.put(
-                misled,
-                tools.indirect(steps).solve(
-                    target[which[left[misled]]], start[left[misled]], perigee_at_bound=perigee_at_bound
-                ),
-            )
+            again = left[misled]
+            found.put(misled, newton.solve(target[which[again]], start[again]))
         out.newton_steps[which[left]] += found.steps
         there = np.flatnonzero(found.converged)
         unknowns.put(left[there], found.unknowns[there])
         moved[left[there]] = True
         if there.size:
-            points = which[left[there]]
-            extremals = found.flown[there]
-            predicted = _sma(extremals.ends[:, :6])
-            nodes = PRIMER_NODES[: level + 1]
             _fly_primers(
-                tools,
-                target[points],
-                out,
-                points,
-                extremals,
-                predicted,
-                nodes,
-                perigee_at_bound=perigee_at_bound,
+                tools, target, out, which[left[there]], found.flown[there], PRIMER_NODES[: level + 1]
             )
         left = left[~out.polished[which[left]]]
     return unknowns
 
 
 def _fly_primers(
-    tools: Tools,
-    target: LargestOrbit,
-    out: Attempts,
-    points: Index,
-    extremals: Extremals,
-    predicted_sma: Array,
-    choice: tuple[int, ...],
-    *,
-    perigee_at_bound: bool,
+    tools: Tools, target: LargestOrbit, out: Attempts, left: Index, flown: Extremals, choice: tuple[int, ...]
 ) -> None:
     """Make programmes of the primers of extremals on the fewest nodes that a flight confirms, and take those plans."""
-    left = np.arange(len(points))
     for nodes in choice:
-        programmes = primer_programmes(extremals, nodes).vectors[left]
-        flown = tools.verify(
-            Programmes(programmes),
-            target[left],
-            predicted_sma[left],
-            perigee_at_bound=perigee_at_bound,
-            steps=POLISHED_FLIGHT_STEPS,
-        )
-        good = tools.kept(flown)
-        done = points[left[good]]
-        out.polished[done] = True
-        out.accept(done, Programmes(programmes[good]), flown[good], good[good])
-        left = left[~good]
+        programmes, predicted_sma = primer_programmes(flown, nodes), _sma(flown.ends[:, :6])
+        flights = tools.verify(programmes, target[left], predicted_sma, steps=POLISHED_FLIGHT_STEPS)
+        good = tools.kept(flights)
+        out.polished[left[good]] = True
+        out.accept(left[good], programmes[good], flights[good], good[good])
+        left, flown = left[~good], flown[np.flatnonzero(~good)]
         if not left.size:
             return
 

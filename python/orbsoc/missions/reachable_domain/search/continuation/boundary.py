@@ -1,4 +1,5 @@
-"""The boundary of the reachable domain: the largest tilt at each azimuth about the current plane, a curve per bound.
+"""The boundary of the reachable domain: the largest tilt at each azimuth about the current plane, a curve per bound, halved
+where it bends until its stated error is within the scenario's.
 
 The perigee is free to lie in any direction and above its bound; a bound on the altitude is kept. What a scenario asks of the
 perigee beyond that makes the domain smaller: `edge_note` says so, and its edge is not drawn.
@@ -13,25 +14,22 @@ mass; an oblate Earth would break it.)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.planes import inclination_and_node
 
 from ...model.direct.terminal import LargestTilt
 from ...model.flight.orbits import canonical_radius
+from ...scenario import Boundary
+from ..query.tilt_limit import TiltLimit
 from .domain import Domain
 from .largest_tilt import largest_tilts
 from .table import PointStatus
-
-Array = NDArray[np.float64]
-
-COLUMNS = (
-    "azimuth_deg", "perigee_bound_km", "tilt_deg", "tilt_change_deg", "inc_deg", "raan_deg", "status", "inside_box", "nodes",
-    "sequence_iterations", "solver_iterations",
-)  # fmt: skip
 
 _STATUS = [PointStatus.NOT_REACHED.value, PointStatus.SOLVER_FAILED.value, PointStatus.OUTSIDE.value]
 
@@ -43,7 +41,7 @@ def first_azimuths(domain: Domain) -> Array:
 
 
 def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]]:
-    """Columns `COLUMNS` for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
+    """Columns for azimuths and their opposites × the scenario's boundary heights; NaN tilts where no orbit meets
     the bound, or the sequence failed. The iterations stand with the azimuths that were solved."""
     heights = domain.scenario.boundary.perigee_height_km.values()
     azimuth = np.repeat(azimuth_deg, len(heights))
@@ -71,6 +69,27 @@ def solve_boundary(domain: Domain, azimuth_deg: Array) -> dict[str, NDArray[Any]
     }
 
 
+def next_azimuths(rules: Boundary, boundary: Mapping[str, NDArray[Any]]) -> Array:
+    """Azimuths within 0…180 to solve next, given the boundary's columns so far; none where it is resolved, or has as many
+    as the scenario allows."""
+    limit = TiltLimit.of(boundary)
+    return limit.unresolved(rules.tolerance_deg, (rules.most_azimuths - len(limit.azimuth_deg)) // 2)
+
+
+def resolved_boundary(domain: Domain) -> dict[str, NDArray[Any]]:
+    """Columns of the boundary, solved in this process."""
+    rules = domain.scenario.boundary
+    azimuths, boundary = first_azimuths(domain), None
+    while azimuths.size:
+        found = solve_boundary(domain, azimuths)
+        if boundary is not None:
+            found = {name: np.concatenate([boundary[name], found[name]]) for name in found}
+        boundary = found
+        azimuths = next_azimuths(rules, boundary)
+    assert boundary is not None
+    return boundary
+
+
 def edge_note(domain: Domain) -> str:
     """Why the curve is not the edge of the scenario's own domain; empty where it is."""
     perigee = domain.scenario.perigee
@@ -87,7 +106,7 @@ def edge_note(domain: Domain) -> str:
     return ""
 
 
-def inside_box(domain: Domain, inc_deg: Array, raan_deg: Array) -> NDArray[np.bool_]:
+def inside_box(domain: Domain, inc_deg: Array, raan_deg: Array) -> Flags:
     """Whether planes lie within the grid's ranges of inclination and node."""
     grid = domain.scenario.grid
     low, high = grid.inclination_deg.first, grid.inclination_deg.values()[-1]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import TiltFrame, cross
 
 from ...model.direct.sequence import Watch
@@ -19,8 +19,6 @@ from .table import PointTable
 from .tools import Tolerances, Tools
 from .turned_perigee import turn_perigees
 from .wavefront import Part, PlaneSet, Wavefront
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +35,6 @@ class Domain:
         scenario: Scenario,
         *,
         solve: Subproblems | None = None,
-        threads: int = 1,
         watch: Watch | None = None,
     ) -> Domain:
         """Make a scenario ready; `solve` solves batches of subproblems, by default with `orbsoc.solve_batch`, and `watch`
@@ -52,7 +49,7 @@ class Domain:
             lowest=-np.inf if lowest_km is None else canonical_radius(lowest_km),
             rules=Rules(max_iterations=method.max_iterations),
             tolerances=Tolerances(limits.sma_rel, limits.plane_rad, limits.bound_m),
-            solve=solve or Subproblems.threaded(threads),
+            solve=solve or Subproblems.in_process(),
             watch=watch,
         )
         momentum = cross(burn.start[:3], burn.start[3:])

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags
+
+from ...model.batch import Batch, column
 from ...model.direct.arcs import Arcs
 from ...model.direct.guess import resampled, towards_planes
 from ...model.direct.sequence import Ending
 from ...model.direct.terminal import LargestTilt
 from .tools import MOST_GRIDS, Tools
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 START_TILT_RAD = float(np.deg2rad(10.0))
 """Tilt of the plane that the cold start steers to."""
@@ -31,21 +31,18 @@ those of a nonlinear program on 256 points (tests/missions/reachable_domain/test
 
 
 @dataclass(slots=True, eq=False)
-class BoundaryPoints:
+class BoundaryPoints(Batch):
     """The largest tilts (B,) found, NaN where the sequence failed, `infeasible` (B,) where it failed because no orbit at all
-    meets the perigee bound, their change (B,) from the grid before, the arcs that reach them on the coarse grid, the
-    nodes (B,) of the grid that found them, and the counters. `fine` has the arcs on the finest grid of the points
-    `fine_points`."""
+    meets the perigee bound, their change (B,) from the grid before, the nodes (B,) of the grid that found them, and the
+    counters. `fine` are the arcs on the finest grid, NaN where there is none."""
 
-    tilt: Array
-    infeasible: NDArray[np.bool_]
-    change: Array
-    arcs: Arcs
+    fine: Arcs
     nodes: NDArray[np.int16]
-    subproblems: NDArray[np.int32]
-    solver_iterations: NDArray[np.int32]
-    fine_points: Index
-    fine: Arcs | None
+    tilt: Array = column()
+    infeasible: Flags = column(False, dtype=bool)
+    change: Array = column()
+    subproblems: NDArray[np.int32] = column(0, MOST_GRIDS, dtype=np.int32)
+    solver_iterations: NDArray[np.int32] = column(0, dtype=np.int32)
 
 
 def largest_tilts(tools: Tools, target: LargestTilt, *, needed_tilt: Array | None = None) -> BoundaryPoints:
@@ -57,23 +54,17 @@ def largest_tilts(tools: Tools, target: LargestTilt, *, needed_tilt: Array | Non
     nodes, grid = tools.nodes, tools.collocation(tools.nodes)
     normal = target.frame.tilted(np.full(len(target), START_TILT_RAD), target.azimuth)
     arcs = towards_planes(grid, normal)
-    count = len(target)
-    out = BoundaryPoints(
-        tilt=np.full(count, np.nan),
-        infeasible=np.zeros(count, bool),
-        change=np.full(count, np.nan),
-        arcs=arcs,
-        nodes=np.full(count, nodes, np.int16),
-        subproblems=np.zeros((count, MOST_GRIDS), np.int32),
-        solver_iterations=np.zeros(count, np.int32),
-        fine_points=np.empty(0, np.intp),
-        fine=None,
+    fine = np.full((len(target), tools.fine_nodes, 3), np.nan)
+    out = BoundaryPoints.blank(
+        len(target),
+        fine=Arcs(fine, fine.copy(), np.full((len(target), 6), np.nan)),
+        nodes=np.full(len(target), nodes, np.int16),
     )
-    todo = np.arange(count)
+    todo = np.arange(len(target))
     while todo.size:
         lowest = np.full(todo.size, tools.lowest) if tools.bounded else None
-        found = tools.sequences(grid, target[todo], arcs, lowest=lowest)
-        out.subproblems[todo, tools.grids.index(nodes)] += found.iterations
+        found = tools.sequences(nodes, target[todo], arcs, lowest=lowest)
+        out.subproblems[todo] += tools.subproblems(nodes, found)
         out.solver_iterations[todo] += found.inner_iterations
         ok = found.ending == Ending.CONVERGED
         out.infeasible[todo] = found.ending == Ending.INFEASIBLE
@@ -82,9 +73,8 @@ def largest_tilts(tools: Tools, target: LargestTilt, *, needed_tilt: Array | Non
         out.change[done] = np.abs(tilt - out.tilt[done])
         out.tilt[done] = tilt
         out.nodes[done] = nodes
-        out.arcs.put(done, resampled(grid, found.arcs[ok], tools.collocation(tools.nodes)))
         if nodes >= tools.fine_nodes:
-            out.fine_points, out.fine = done, found.arcs[np.flatnonzero(ok)]
+            out.fine.put(done, found.arcs[ok])
             break
         # A sequence that goes to and fro on a coarse grid, as some do, is a start on a finer one all the same.
         unclear = ok | (found.ending == Ending.MAX_ITERATIONS)

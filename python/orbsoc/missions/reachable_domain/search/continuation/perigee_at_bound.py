@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array, Flags, Index
 
 from ...model.direct.arcs import Arcs
 from ...model.direct.sequence import Ending
@@ -18,11 +19,7 @@ from ...model.flight.orbits import canonical_radius
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .attempts import Attempts, attempt, polish
 from .table import Origin, PointStatus, PointTable
-from .tools import MOST_GRIDS
 from .wavefront import Wavefront
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LONGEST_STEP_KM = 35.0
 """Of a perigee on its way down."""
@@ -48,7 +45,7 @@ def lower_perigees(front: Wavefront) -> PointTable:
     for bound in range(bounds - 1, -1, -1):
         here = np.flatnonzero(grid[planes, bound])
         rows = planes[here] * bounds + bound
-        bound_km = np.full(here.size, front.planes.heights_km[bound])
+        bound_km = float(front.planes.heights_km[bound])
         found = _descend(front, rows, height[here], bound_km, unknowns, here, ready[here])
         ready[here] &= found.verified
         height[here] = np.where(found.verified, bound_km, height[here])
@@ -63,17 +60,13 @@ def lower_perigees(front: Wavefront) -> PointTable:
 
 def _free_optimum(
     front: Wavefront, rows: Index, target: LargestOrbit, plans: Attempts
-) -> tuple[Unknowns, NDArray[np.bool_]]:
+) -> tuple[Unknowns, Flags]:
     """Extremals of plans whose perigee condition is inactive; their cost is added to rows of the table."""
     tools = front.tools
-    collocation = tools.collocation(tools.nodes)
-    found = tools.sequences(collocation, target, plans.arcs)
-    start = from_sequences(collocation, target, found, np.arange(len(target)))
+    found = tools.sequences(tools.nodes, target, plans.arcs)
+    start = from_sequences(tools.collocation(tools.nodes), target, found, np.arange(len(target)))
     extrema = tools.indirect(12).solve(target, start)
-    counts = np.zeros((len(target), MOST_GRIDS), np.int32)
-    counts[:, tools.grids.index(tools.nodes)] = found.iterations
-    front.table.write_subproblems(rows, counts, found.inner_iterations)
-    front.table["newton_steps"][rows] += extrema.steps
+    front.table.add_cost(rows, tools.subproblems(tools.nodes, found), found.inner_iterations, extrema.steps)
     return extrema.unknowns, extrema.converged & (found.ending == Ending.CONVERGED)
 
 
@@ -81,10 +74,10 @@ def _descend(
     front: Wavefront,
     rows: Index,
     height: Array,
-    bound_km: Array,
+    bound_km: float,
     unknowns: Unknowns,
     which: Index,
-    ready: NDArray[np.bool_],
+    ready: Flags,
 ) -> Attempts:
     """Follow the perigees of `which` from their heights to the bound (km); `unknowns` moves along."""
     tools = front.tools
@@ -92,21 +85,19 @@ def _descend(
     live = np.flatnonzero(ready)
     if not live.size:
         return out
-    steps = int(np.ceil((height[live] - bound_km[live]).max() / LONGEST_STEP_KM)) or 1
+    steps = int(np.ceil((height[live] - bound_km).max() / LONGEST_STEP_KM)) or 1
     for step in range(1, steps + 1):
-        at = height[live] + (bound_km[live] - height[live]) * step / steps
+        at = height[live] + (bound_km - height[live]) * step / steps
         full = front.target(rows[live])
-        target = LargestOrbit(full.normal, canonical_radius(at), full.perigee_direction)
+        target = replace(full, perigee=canonical_radius(at), perigee_at_bound=True)
         if step < steps:
-            found = tools.indirect(12).solve(target, unknowns[which[live]], perigee_at_bound=True)
+            found = tools.indirect(12).solve(target, unknowns[which[live]])
             unknowns.put(which[live], found.unknowns)
             out.newton_steps[live] += found.steps
             live = live[found.converged]
         else:
             part = Attempts.none(out.arcs[live], tools.nodes)
-            reached = polish(
-                tools, target, part, np.arange(live.size), unknowns[which[live]], perigee_at_bound=True
-            )
+            reached = polish(tools, target, part, np.arange(live.size), unknowns[which[live]])
             unknowns.put(which[live], reached)
             out.put(live, part)
     return out
@@ -129,14 +120,9 @@ def _keep_altitude(front: Wavefront, rows: Index, found: Attempts, arcs: Arcs, p
 
 
 def _write_failures(table: PointTable, rows: Index) -> None:
-    words = [
-        "Newton did not follow the perigee down to its bound; with the perigee free to be higher it is reached"
-    ]
+    words = "Newton did not follow the perigee down to its bound; with the perigee free to be higher it is reached"
+    unknown = np.full(rows.size, np.nan)
     table.clear_plans(rows)
     table.write_failures(
-        rows,
-        PointStatus.SOLVER_FAILED,
-        Origin.PERIGEE_AT_BOUND,
-        words * rows.size,
-        np.full(rows.size, np.nan),
+        rows, PointStatus.SOLVER_FAILED, Origin.PERIGEE_AT_BOUND, [words] * rows.size, unknown
     )

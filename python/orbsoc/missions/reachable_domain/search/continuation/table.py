@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
+
 from ...model.flight.orbits import RADIUS_M, Flown
 from .attempts import Attempts
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+Counts = NDArray[np.int32]
 
 
 class PointStatus(enum.StrEnum):
@@ -82,23 +83,23 @@ class PointTable:
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.columns[name]
 
-    def reached(self) -> NDArray[np.bool_]:
+    def reached(self) -> Flags:
         """Rows whose point is reached."""
         return np.asarray(self["status"] == PointStatus.REACHED.value)
 
     def write_spent(self, rows: Index, found: Attempts) -> None:
         """Add what the attempts cost."""
-        self.write_subproblems(rows, found.subproblems, found.solver_iterations)
-        self["newton_steps"][rows] += found.newton_steps
+        self.add_cost(rows, found.subproblems, found.solver_iterations, found.newton_steps)
 
-    def write_subproblems(
-        self, rows: Index, counts: NDArray[np.int32], iterations: NDArray[np.int32]
+    def add_cost(
+        self, rows: Index, subproblems: Counts, iterations: Counts, newton_steps: Counts | int = 0
     ) -> None:
-        """Add subproblems (B, grids) and the iterations (B,) in them."""
-        for nodes, spent in zip(self.grids, counts.T, strict=False):
+        """Add subproblems (B, grids), the iterations (B,) in them, and steps (B,) of Newton."""
+        for nodes, spent in zip(self.grids, subproblems.T, strict=False):
             self[subproblems_on(nodes)][rows] += spent
-        self["sequence_iterations"][rows] += counts.sum(axis=1)
+        self["sequence_iterations"][rows] += subproblems.sum(axis=1)
         self["solver_iterations"][rows] += iterations
+        self["newton_steps"][rows] += newton_steps
 
     def write_plans(self, rows: Index, found: Attempts, origin: Origin | NDArray[np.object_]) -> None:
         """Rows whose plans a flight confirmed."""
@@ -113,7 +114,7 @@ class PointTable:
 
     def clear_plans(self, rows: Index) -> None:
         """Forget the plans of rows."""
-        self.write_flown(rows, Flown.unknown(len(rows)))
+        self.write_flown(rows, Flown.blank(len(rows)))
         self["commands"][rows] = None
         self["level"][rows] = ""
 

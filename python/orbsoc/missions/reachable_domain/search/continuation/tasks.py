@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.files.versions import __version__
+from orbsoc.orbit.array import Array
 from orbsoc.sweep.journal import Journal
 
 from ...model.direct.subproblems import Subproblems
@@ -24,7 +25,6 @@ AZIMUTHS_PER_SHARD = 24
 PACKAGE = "orbsoc.missions.reachable_domain"
 """Whose classes a journal holds."""
 
-Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 
@@ -58,7 +58,9 @@ def boundary_shards(domain: Domain, azimuths: Array) -> Iterator[tuple[int, dict
 def solve_grid_shard(payload: Mapping[str, Any], solve: Subproblems | None = None) -> Columns:
     """The table of one shard of the grid. Where the payload names a `journal`, a file, finished parts are kept there, and those
     that it has are not computed again."""
-    domain = _domain(payload) if solve is None else Domain.of(_scenario(payload), solve=solve)
+    domain = _domain(json.dumps(payload["scenario"]))
+    if solve is not None:
+        domain = Domain.of(domain.scenario, solve=solve)
     planes = np.array(payload["inc_deg"]), np.array(payload["raan_deg"])
     if "journal" not in payload:
         return domain.solve_planes(*planes).columns
@@ -70,18 +72,10 @@ def solve_grid_shard(payload: Mapping[str, Any], solve: Subproblems | None = Non
 
 def solve_boundary_shard(payload: Mapping[str, Any]) -> Columns:
     """The table of one shard of the boundary."""
-    return solve_boundary(_domain(payload), np.array(payload["azimuth_deg"]))
-
-
-def _scenario(payload: Mapping[str, Any]) -> Scenario:
-    return Scenario.model_validate(payload["scenario"])
-
-
-def _domain(payload: Mapping[str, Any]) -> Domain:
-    """The domain of a payload; one worker gets many tasks of one scenario."""
-    return _cached(_scenario(payload).model_dump_json())
+    return solve_boundary(_domain(json.dumps(payload["scenario"])), np.array(payload["azimuth_deg"]))
 
 
 @lru_cache(maxsize=4)
-def _cached(document: str) -> Domain:
+def _domain(document: str) -> Domain:
+    """Of a scenario in JSON; one worker gets many tasks of one scenario."""
     return Domain.of(Scenario.model_validate_json(document))

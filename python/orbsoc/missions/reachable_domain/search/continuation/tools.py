@@ -9,19 +9,15 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.guidance.scp import Rules
+from orbsoc.orbit.array import Array, Flags, Index
 
 from ...model.direct.arcs import Arcs, Collocation
 from ...model.direct.sequence import Sequences, Watch, sequences
 from ...model.direct.subproblems import Subproblems
 from ...model.direct.terminal import LargestOrbit, Target
-from ...model.flight.attitude import Programmes
 from ...model.flight.orbits import RADIUS_M, Flown
 from ...model.flight.propagation import FIRST_STEPS, Flights, fly
 from ...model.indirect.shooting import Indirect
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 MOST_GRIDS = 5
 """Grids of a sequence, from 4 to 64 nodes."""
@@ -75,13 +71,16 @@ class Tools:
     def indirect(self, steps: int) -> Indirect:
         return Indirect(self.burn, self.duration, steps)
 
-    def sequences(
-        self, collocation: Collocation, target: Target, start: Arcs, *, lowest: Array | None = None
-    ) -> Sequences:
-        """Sequences of every point of `target` from its arc of `start`."""
+    def sequences(self, nodes: int, target: Target, start: Arcs, *, lowest: Array | None = None) -> Sequences:
+        """Sequences of every point of `target` from its arc of `start` on a grid."""
+        grid = self.collocation(nodes)
         return sequences(
-            collocation, target, start, lowest=lowest, solve=self.solve, rules=self.rules, watch=self.watch
+            grid, target, start, lowest=lowest, solve=self.solve, rules=self.rules, watch=self.watch
         )
+
+    def subproblems(self, nodes: int, found: Sequences) -> NDArray[np.int32]:
+        """How many sequences on a grid solved on each of `grids`, (B, MOST_GRIDS)."""
+        return np.asarray(found.iterations[:, None] * (np.arange(MOST_GRIDS) == self.grids.index(nodes)))
 
     @property
     def bounded(self) -> bool:
@@ -93,32 +92,18 @@ class Tools:
         return self.tolerances.sma_rel if nodes < self.fine_nodes else ALONG_BOUND_SMA_REL
 
     def verify(
-        self,
-        programmes: Programmes,
-        target: LargestOrbit,
-        predicted_sma: Array,
-        *,
-        perigee_at_bound: bool,
-        steps: int = FIRST_STEPS,
+        self, programmes: Array, target: LargestOrbit, predicted_sma: Array, *, steps: int = FIRST_STEPS
     ) -> Flown:
-        """Fly programmes, in `steps` steps or more, and compare each flight with its target and predicted semi-major axis."""
+        """Fly programmes (B, N, 3), in `steps` steps or more, and compare each flight with its target and predicted semi-major
+        axis."""
 
         def compared(which: Index, flights: Flights) -> Flown:
-            part = target[which]
-            return Flown.compare(
-                flights,
-                predicted_sma[which],
-                part.normal,
-                part.perigee,
-                direction=part.perigee_direction,
-                perigee_at_bound=perigee_at_bound,
-                lowest_allowed=self.lowest,
-            )
+            return Flown.compare(flights, predicted_sma[which], target[which], self.lowest)
 
         def clear_miss(which: Index, flights: Flights) -> Flags:
             return ~self.kept(compared(which, flights), slack=CLEAR_MISS * flights.error)
 
-        flights = fly(self.burn, self.duration, programmes.vectors, steps=steps, give_up=clear_miss)
+        flights = fly(self.burn, self.duration, programmes, steps=steps, give_up=clear_miss)
         return compared(np.arange(len(target)), flights)
 
     def kept(self, flown: Flown, *, slack: Array | float = 0.0, sma_rel: float | None = None) -> Flags:

@@ -9,11 +9,12 @@ where no direction is left to hold on to, and the row keeps its status.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.planes import in_plane_axes
 
 from ...model.direct.guess import towards_planes
@@ -24,11 +25,7 @@ from ...model.indirect.conditions import DIRECTION
 from ...model.indirect.shooting import Unknowns, from_sequences
 from .attempts import Attempts, polish
 from .table import Origin, PointTable
-from .tools import MOST_GRIDS
 from .wavefront import Wavefront
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FIRST_SHARE, LEAST_SHARE = 0.05, 1e-3
 """Of the way, in a step; a point whose steps get shorter is given up."""
@@ -60,11 +57,10 @@ def turn_perigees(front: Wavefront, *, at_bound: bool) -> PointTable:
         found.newton_steps += path.newton_steps
         if there.size:
             part, every = Attempts.none(found.arcs[there], tools.nodes), np.arange(there.size)
-            polish(tools, target[there], part, every, unknowns, perigee_at_bound=at_bound)
+            polish(tools, replace(target[there], perigee_at_bound=at_bound), part, every, unknowns)
             found.put(there, part)
             lost = there[~part.verified & (energy[there] == -np.inf)]
-            words = AT_BOUND if at_bound else RISING
-            table["evidence"][rows[lost]] = words
+            table["evidence"][rows[lost]] = AT_BOUND if at_bound else RISING
         table.write_spent(rows, found)
         reached = np.where(found.verified, -1.0 / found.flown.sma, -np.inf)
         better = np.flatnonzero(reached > energy)
@@ -79,10 +75,8 @@ def _natural_plans(front: Wavefront, rows: Index) -> tuple[Index, _Path]:
     to the table."""
     tools, table = front.tools, front.table
     free, collocation = front.target(rows, free=True), tools.collocation(tools.nodes)
-    found = tools.sequences(collocation, free, towards_planes(collocation, free.normal))
-    counts = np.zeros((rows.size, MOST_GRIDS), np.int32)
-    counts[:, tools.grids.index(tools.nodes)] = found.iterations
-    table.write_subproblems(rows, counts, found.inner_iterations)
+    found = tools.sequences(tools.nodes, free, towards_planes(collocation, free.normal))
+    table.add_cost(rows, tools.subproblems(tools.nodes, found), found.inner_iterations)
     good = np.flatnonzero(found.ending == Ending.CONVERGED)
     extrema = tools.indirect(GAUSS_STEPS).solve(free[good], from_sequences(collocation, free, found, good))
     table["newton_steps"][rows[good]] += extrema.steps
@@ -91,13 +85,8 @@ def _natural_plans(front: Wavefront, rows: Index) -> tuple[Index, _Path]:
     unknowns = extrema.unknowns[kept]
     unknowns.active[:, DIRECTION] = True
     natural = Orbits.of(extrema.flown.ends[kept, :6], normal)
-    return rows[good], _Path(
-        target=front.target(rows[good]),
-        unknowns=unknowns,
-        argp=natural.argp,
-        perigee=natural.perigee,
-        newton_steps=np.zeros(good.size, np.int32),
-    )
+    target, steps = front.target(rows[good]), np.zeros(good.size, np.int32)
+    return rows[good], _Path(target, unknowns, natural.argp, natural.perigee, steps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,11 +114,8 @@ class _Path:
             if not live.size:
                 break
             at = np.minimum(share[live] + step[live], 1.0)
-            found = indirect.solve(
-                self._between(live, self.argp[live] + at * turn[live], at),
-                unknowns[live],
-                perigee_at_bound=True,
-            )
+            between = self._between(live, self.argp[live] + at * turn[live], at)
+            found = indirect.solve(between, unknowns[live])
             self.newton_steps[live] += found.steps
             good = np.flatnonzero(found.converged)
             unknowns.put(live[good], found.unknowns[good])
@@ -144,4 +130,5 @@ class _Path:
         normal, last = self.target.normal[which], self.target.perigee[which]
         node, ahead = in_plane_axes(normal)
         direction = np.cos(argp)[:, None] * node + np.sin(argp)[:, None] * ahead
-        return LargestOrbit(normal, self.perigee[which] + share * (last - self.perigee[which]), direction)
+        perigee = self.perigee[which] + share * (last - self.perigee[which])
+        return LargestOrbit(normal, perigee, direction, perigee_at_bound=True)

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from operator import call
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.planes import TiltFrame, in_plane_axes, normals
 
 from ...model.direct.arcs import Arcs
@@ -22,14 +23,10 @@ from ...model.direct.guess import towards_planes
 from ...model.direct.sequence import Ending
 from ...model.direct.terminal import LargestOrbit, LargestTilt
 from ...model.flight.orbits import canonical_radius
-from .attempts import SPENT, Attempts, attempt, attempt_on_fine_grid
+from .attempts import Attempts, attempt, attempt_on_fine_grid
 from .largest_tilt import RESOLUTION_RAD, BoundaryPoints, largest_tilts
 from .table import Origin, PointStatus, PointTable
 from .tools import Tools
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 Part = Callable[[Callable[[], Any]], Any]
 """Does a part of the work, or knows its result: `orbsoc.sweep.journal.Journal.part`."""
@@ -37,11 +34,6 @@ ROWS_PER_PART = 256
 """Of attempts: enough for a batch, and a few per cent of a shard."""
 NEAR_RAD = float(np.deg2rad(5.0))
 """Planes nearer than this are neighbours."""
-
-
-def done_now(compute: Callable[[], Any]) -> Any:
-    """The part of a sweep that keeps no journal."""
-    return compute()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,13 +69,8 @@ class PlaneSet:
         bounds = len(self.heights_km)
         table = PointTable.empty(len(self) * bounds, grids)
         tilt, azimuth = frame.tilt_and_azimuth(self.normal)
-        per_plane = {
-            "inc_deg": self.inc_deg,
-            "raan_deg": self.raan_deg,
-            "tilt_deg": np.rad2deg(tilt),
-            "azimuth_deg": np.rad2deg(azimuth),
-        }
-        for name, values in per_plane.items():
+        per_plane = (self.inc_deg, self.raan_deg, np.rad2deg(tilt), np.rad2deg(azimuth))
+        for name, values in zip(("inc_deg", "raan_deg", "tilt_deg", "azimuth_deg"), per_plane, strict=True):
             table[name][:] = np.repeat(values, bounds)
         table["perigee_bound_km"][:] = np.tile(self.heights_km, len(self))
         return table
@@ -111,16 +98,13 @@ class Wavefront:
         plane = np.repeat(np.arange(len(planes)), len(planes.heights_km))
         plans = Attempts.none(cold[plane], tools.nodes)
         table = planes.blank(frame, tools.grids)
-        return cls(tools, frame, planes, continuation, table, plans, part or done_now)
+        return cls(tools, frame, planes, continuation, table, plans, part or call)
 
     def run(self) -> PointTable:
         """The lowest bound of every plane, then all bounds that its plan does not meet, then what is left."""
         bounds = len(self.planes.heights_km)
         first = np.arange(0, len(self.table), bounds)
-        if not self.continuation:
-            self._try(np.arange(len(self.table)), Origin.COLD)
-        else:
-            self._try(first, Origin.COLD)
+        self._try(first if self.continuation else np.arange(len(self.table)), Origin.COLD)
         self._settle()
         if self.continuation:
             self._from_neighbours()
@@ -225,7 +209,7 @@ class Wavefront:
         tilt, azimuth = np.deg2rad(table["tilt_deg"][rows]), np.deg2rad(table["azimuth_deg"][rows])
         target = LargestTilt(self.frame, azimuth, self.target(rows, free=True).perigee)
         edge = self.part(partial(largest_tilts, self.tools, target, needed_tilt=tilt))
-        table.write_subproblems(rows, edge.subproblems, edge.solver_iterations)
+        table.add_cost(rows, edge.subproblems, edge.solver_iterations)
         gap = tilt - edge.tilt
         beyond = np.flatnonzero(gap > 0.0)
         words = [self._beyond(rows[k], gap[k], edge.nodes[k]) for k in beyond]
@@ -239,11 +223,9 @@ class Wavefront:
 
     def _restart(self, rows: Index, edge: BoundaryPoints, points: Index) -> None:
         """Start again from the trajectories of the largest tilt, which lies beyond these planes, on the finest grid."""
-        place = {int(point): k for k, point in enumerate(edge.fine_points)}
-        known = np.array([k for k, point in enumerate(points) if int(point) in place], np.intp)
-        if known.size and edge.fine is not None:
-            start = edge.fine[np.array([place[int(points[k])] for k in known])]
-            found = self.part(partial(self._from_edge, rows[known], start))
+        known = np.flatnonzero(np.isfinite(edge.fine.ends[points, 0]))
+        if known.size:
+            found = self.part(partial(self._from_edge, rows[known], edge.fine[points[known]]))
             self._take(rows[known], found, Origin.LARGEST_TILT)
         left = np.flatnonzero(~self.plans.verified[rows])
         tilt, uncertainty = edge.tilt[points], np.fmax(edge.change[points], RESOLUTION_RAD)
@@ -283,9 +265,8 @@ class Wavefront:
         if self.planes.argp is None:
             return free
         found = attempt(self.tools, self.target(rows), free.arcs)
-        for name in SPENT:
-            getattr(found, name)[:] += getattr(free, name)
-        return found
+        free.put(slice(None), found)
+        return free
 
     def _beyond(self, row: int, gap: float, nodes: int) -> str:
         """Evidence of a plane beyond the edge."""

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array, Flags
+
 Bends = tuple[Array, Array, Array]
 Corner = tuple[int, ...]
 
@@ -39,7 +39,7 @@ class LargestOrbits:
     table: Array
     bends: Bends
     energy_bends: Bends
-    open_near: NDArray[np.bool_]
+    open_near: Flags
 
     @classmethod
     def of(cls, axes: Sequence[Array], values: Array) -> LargestOrbits:
@@ -104,7 +104,7 @@ def _place(axis: Array, x: float) -> tuple[int, float] | None:
     return k, share
 
 
-def _next_to(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _next_to(marked: Flags) -> Flags:
     """The marked points and their neighbours along each axis, (I, R, K)."""
     out = marked.copy()
     for axis in range(marked.ndim):
@@ -125,9 +125,8 @@ def _bends(table: Array, axis: int) -> Array:
     out = np.full_like(moved, np.nan)
     out[1:-1] = np.abs(moved[2:] - 2.0 * moved[1:-1] + moved[:-2])
     known = np.isfinite(out)
-    padded = np.pad(
-        np.where(known, out, -np.inf), [(1, 1)] + [(0, 0)] * (out.ndim - 1), constant_values=-np.inf
-    )
+    edge = np.full_like(out[:1], -np.inf)
+    padded = np.concatenate([edge, np.where(known, out, -np.inf), edge])
     near = np.maximum(padded[2:], padded[:-2])
     stand_in = np.where(np.isfinite(near), ONE_SIDED * near, np.inf)
     return np.moveaxis(np.where(known, out, stand_in), 0, axis)

@@ -19,19 +19,18 @@ from orbsoc.sweep import ShardStore, StoreError
 from ...model.direct.terminal import LargestTilt
 from ...model.flight.orbits import canonical_radius
 from ...scenario import Scenario
-from ..continuation.boundary import inside_box
+from ..continuation.boundary import inside_box, next_azimuths
 from ..continuation.domain import Domain
 from ..continuation.largest_tilt import RESOLUTION_RAD, largest_tilts
 from ..continuation.table import PointStatus
 from .largest_orbit import LargestOrbits
-from .margin import Margin, Verdict
-from .requested_orbit import check_orbit
-from .resolved_boundary import next_azimuths
+from .margin import Margin, Verdict, check_orbit
 from .shortest_burn import shortest_burn
 from .tilt_limit import TiltLimit
 
-Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
+Known = tuple[float, float]
+"""A number and the error that it may have."""
 
 POINTS, BOUNDARY = "points", "boundary"
 
@@ -98,11 +97,8 @@ class ReachableDomain:
         inc_deg, raan_deg = float(np.rad2deg(orbit.inc_rad)), float(np.rad2deg(orbit.raan_rad))
         tilt, azimuth = self.tilt_and_azimuth_deg(inc_deg, raan_deg)
         not_in_tables = self._not_in_tables(orbit)
-        edge, edge_error, largest, largest_error = (
-            self._solved(inc_deg, raan_deg, height_km, azimuth)
-            if exact
-            else self._interpolated(inc_deg, raan_deg, height_km, azimuth)
-        )
+        ask = self._solved if exact else self._interpolated
+        (edge, edge_error), (largest, largest_error) = ask(inc_deg, raan_deg, height_km, azimuth)
         if not exact and self._made_for_another_perigee(orbit):
             largest, largest_error = np.nan, np.nan
         box = inside_box(self.domain, np.array([inc_deg]), np.array([raan_deg]))
@@ -148,31 +144,29 @@ class ReachableDomain:
             return f"the tables were made for an argument of perigee of {self.scenario.perigee.argp_deg:g} degrees"
         return ""
 
-    def _interpolated(
-        self, inc: float, raan: float, height: float, azimuth: float
-    ) -> tuple[float, float, float, float]:
+    def _interpolated(self, inc: float, raan: float, height: float, azimuth: float) -> tuple[Known, Known]:
+        """The furthest tilt (deg) and the largest semi-major axis (km) by the tables."""
         edge, error = float(self.limit(azimuth, height)), float(self.limit.error_deg(azimuth, height))
-        return edge, error, *self.largest(inc, raan, height)
+        return (edge, error), self.largest(inc, raan, height)
 
-    def _solved(
-        self, inc: float, raan: float, height: float, azimuth: float
-    ) -> tuple[float, float, float, float]:
+    def _solved(self, inc: float, raan: float, height: float, azimuth: float) -> tuple[Known, Known]:
+        """The same, solved now."""
         free = self.domain.with_free_perigee()
         table = free.solve_planes(np.array([inc]), np.array([raan]), np.array([height]))
         perigee = np.array([canonical_radius(height)])
         edge = largest_tilts(free.tools, LargestTilt(free.frame, np.deg2rad([azimuth]), perigee))
-        tilt, uncertainty = np.rad2deg(edge.tilt[0]), np.rad2deg(np.fmax(edge.change[0], RESOLUTION_RAD))
+        tilt = float(np.rad2deg(edge.tilt[0]))
+        uncertainty = float(np.rad2deg(np.fmax(edge.change[0], RESOLUTION_RAD)))
         status = table["status"][0]
         if status == PointStatus.REACHED.value:
             largest = float(table["a_km"][0])
             if largest < 0.0:  # a hyperbola has more energy than any ellipse
-                return float(tilt), float(uncertainty), float("inf"), 0.0
+                return (tilt, uncertainty), (float("inf"), 0.0)
             error = np.fmax(table["sma_error_rel"][0], self.scenario.verification.sma_rel)
-            return float(tilt), float(uncertainty), largest, largest * float(error)
+            return (tilt, uncertainty), (largest, largest * float(error))
         # On a plane beyond the edge there is no orbit at all; of one within it that no plan was found for nothing is known.
         beyond = status == PointStatus.NOT_REACHED.value and not table["tilt_deg"][0] < tilt - uncertainty
-        largest = -np.inf if beyond else np.nan
-        return float(tilt), float(uncertainty), float(largest), 0.0
+        return (tilt, uncertainty), (float(-np.inf if beyond else np.nan), 0.0)
 
     @cached_property
     def largest(self) -> LargestOrbits:

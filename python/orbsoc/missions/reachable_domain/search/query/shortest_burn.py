@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.powered_flight import commanded
 from orbsoc.guidance.scenario_file import BaseScenario, checked
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.missions.registry import MISSIONS
@@ -25,15 +23,13 @@ from orbsoc.orbit import (
     CanonicalUnits,
     Elements,
     PropagationError,
-    propagate_burn,
     state_from_elements,
 )
+from orbsoc.orbit.array import Array
 
 from ...model.flight.propagation import fly
 from ...scenario import Scenario
 from .steering import OrbitConditions, Programme, steered_onto
-
-Array = NDArray[np.float64]
 
 INSERTION = MISSIONS["reachable_insertion"]
 MOST_NODES = 48
@@ -133,11 +129,8 @@ def _broken(scenario: Scenario, orbit: OrbitConditions, programme: Programme) ->
     nothing. The end is SciPy's DOP853's, the lowest point between steps that of the domain's own flights."""
     units, floor_km = CanonicalUnits.of(EARTH), scenario.burn.minimum_altitude_km or 0.0
     duration_s = programme.duration * units.time_s
-    steering = commanded(legendre_gauss(len(programme.vectors)), programme.vectors, duration_s)
     try:
-        end = propagate_burn(
-            scenario.initial_eci(), scenario.vehicle.thruster(), steering, np.array([duration_s])
-        )[-1]
+        end = scenario.flown(programme.vectors, np.array([duration_s]))[-1]
     except PropagationError as error:
         return str(error).partition("\n")[0]
     miss = orbit.miss(units.state_from_si(end))

@@ -12,14 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import cross, in_plane_axes
 
 from ...model.flight.propagation import fly
-
-Array = NDArray[np.float64]
 
 MET = 1e-7
 """Of the conditions, canonical: the flights themselves are known to a fifth of this."""

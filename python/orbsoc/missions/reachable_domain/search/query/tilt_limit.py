@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from orbsoc.orbit.array import Array, Flags, Index
+
 from ..continuation.largest_tilt import CLEAR_RAD, RESOLUTION_RAD
-
-Array = NDArray[np.float64]
-
 
 MOST_HOLES = 0.1
 """Share of the azimuths of a curve that may lack a tilt."""
@@ -67,7 +66,7 @@ class TiltLimit:
         """The largest tilt (degrees); NaN for heights outside the table."""
         return self._over_height(azimuth_deg, height_km, np.arange(len(self.height_km)))
 
-    def covers(self, height_km: ArrayLike) -> NDArray[np.bool_]:
+    def covers(self, height_km: ArrayLike) -> Flags:
         """Whether perigee heights lie within those whose edge is known."""
         height = np.asarray(height_km, np.float64)
         lowest, highest = self.height_km.min(initial=np.inf), self.height_km.max(initial=-np.inf)
@@ -129,9 +128,7 @@ class TiltLimit:
         unknown = np.where(np.isnan(self.change).all(axis=0), np.rad2deg(CLEAR_RAD), unknown)
         return np.maximum(np.where(np.isnan(self.change), unknown, self.change), np.rad2deg(RESOLUTION_RAD))
 
-    def _height_error(
-        self, beta: Array, height: Array, below: NDArray[np.intp], above: NDArray[np.intp]
-    ) -> Array:
+    def _height_error(self, beta: Array, height: Array, below: Index, above: Index) -> Array:
         full = self(beta, height)
         low, high = self(beta, self.height_km[below]), self(beta, self.height_km[above])
         between = np.maximum(np.abs(low - full), np.abs(high - full))
@@ -141,7 +138,7 @@ class TiltLimit:
         kept = np.unique(np.append(np.arange(0, count, 2), count - 1))
         return np.asarray(np.minimum(between, np.abs(self._over_height(beta, height, kept) - full)))
 
-    def _over_height(self, azimuth_deg: ArrayLike, height_km: ArrayLike, kept: NDArray[np.intp]) -> Array:
+    def _over_height(self, azimuth_deg: ArrayLike, height_km: ArrayLike, kept: Index) -> Array:
         """Interpolated with some of the heights."""
         from scipy.interpolate import PchipInterpolator
 

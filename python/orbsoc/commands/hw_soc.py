@@ -1,0 +1,167 @@
+"""`orbsoc hw soc`: the whole computer in one simulation; cycles of both halves counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import hw_options as options
+from .failures import FAILED, exit_handling
+
+if TYPE_CHECKING:
+    from orbsoc.soc.counted import Counted
+    from orbsoc.soc.table import Comparison
+
+    from .hw_progress import Progress
+
+SCHEMA = "orbsoc.soc/1"
+
+
+def soc(
+    workload: Annotated[
+        Path,
+        typer.Argument(
+            help="SCENARIO.toml (planned now) or PROBLEM.json", metavar="WORKLOAD", show_default=False
+        ),
+    ],
+    partition: Annotated[
+        str,
+        typer.Option(
+            help="what runs on the PL: name, TOML file, or modules joined by +; `none`: the core alone"
+        ),
+    ] = "resident",
+    ratio: Annotated[
+        float, typer.Option(min=1.0, help="clocks of the core in one of the engine; fractions allowed")
+    ] = 6.0,
+    latency: Annotated[int, typer.Option(min=0, max=65535, help="of memory, in clocks of the core")] = 20,
+    lanes: Annotated[int, typer.Option(min=1, help="lanes of the engine")] = 4,
+    banks: Annotated[int, typer.Option(min=1, help="banks of its storage")] = 16,
+    solves: Annotated[
+        str,
+        typer.Option(help="which solves of the workload: `first`, `all`, or their numbers from 1, as 1,3"),
+    ] = "first",
+    rtl: Annotated[
+        Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
+    ] = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Run the flight code on a RISC-V core in RTL, beside the engine in RTL, and count the cycles of both.
+
+    The same solves run on the core alone. A finished run is kept, so that an interrupted command goes on where it was.
+    Exit codes: 0 all bits are the host's, 1 any is not, 2 bad input, no Verilator, no core's RTL.
+    """
+    with exit_handling(as_json, interrupted="interrupted; finished runs are kept, call it again to go on"):
+        from orbsoc.hw.schedules import Engine
+        from orbsoc.rtl.validation import rtl_folder
+        from orbsoc.soc.machine import SocError, core_sources
+        from orbsoc.soc.runs import counted
+        from orbsoc.soc.solves import problems_of
+        from orbsoc.soc.table import Comparison, table
+
+        from .hw_progress import Progress
+
+        folder = rtl_folder(rtl)
+        core_sources()
+        engine = Engine(lanes=lanes, banks=banks)
+        if partition != "none":
+            options.check_partition(partition)
+        where = out or Path("out") / "hw-soc"
+        options.write_all(where, {})  # what cannot be written ends the run here
+        progress = Progress()
+        progress(f"plan {workload}")
+        problems = problems_of(workload)
+        try:
+            chosen = _chosen(solves, len(problems))
+        except ValueError as error:
+            raise SocError(str(error)) from None
+
+        def runs(split: str | None) -> tuple[Counted, ...]:
+            found = []
+            for number in chosen:
+                name = f"solve {number} of {len(problems)}, {split or 'core alone'}"
+                progress(f"{name}: begins")
+                arguments: dict[str, Any] = {
+                    "ratio": ratio,
+                    "latency": latency,
+                    "tell": _told(progress, name),
+                }
+                problem = problems[number - 1]
+                found.append(counted(problem, folder, partition=split, engine=engine, **arguments))
+            return tuple(found)
+
+        alone = runs(None)
+        compared = Comparison(alone, runs(partition) if partition != "none" else ())
+        lines = table(alone, f"core alone, {len(chosen)} of {len(problems)} solves")
+        if compared.split:
+            lines += ["", *table(compared.split, f"partition {partition}, {lanes} lanes")]
+        lines += ["", *_verdict(compared, partition, ratio, latency)]
+        document = _document(
+            compared, workload, partition, chosen, engine=asdict(engine), ratio=ratio, latency=latency
+        )
+        options.write_all(
+            where, {"soc.json": options.as_json_text(document), "soc.txt": "\n".join(lines) + "\n"}
+        )
+        options.print_report(lines, document, where, as_json=as_json)
+        raise typer.Exit(0 if compared.same_bits else FAILED)
+
+
+def _told(progress: Progress, name: str) -> Callable[[str], None]:
+    return lambda line: progress.now_and_then(f"{name}: {line}")
+
+
+def _chosen(solves: str, count: int) -> list[int]:
+    """Numbers of solves. Raises ValueError naming the option, its value and what is allowed."""
+    if solves == "first":
+        return [1]
+    if solves == "all":
+        return list(range(1, count + 1))
+    numbers = [int(part) if part.strip().isdigit() else 0 for part in solves.split(",")]
+    if not all(1 <= number <= count for number in numbers):
+        raise ValueError(
+            f"--solves = {solves!r}: allowed is first, all, or numbers from 1 to {count}, as 1,3"
+        )
+    return numbers
+
+
+def _verdict(compared: Comparison, partition: str, ratio: float, latency: int) -> list[str]:
+    """What a reader wants first, last on the terminal."""
+    bits = "every word is the host's" if compared.same_bits else "OTHER BITS THAN THE HOST'S"
+    lines = [f"Bits      {'EQUAL' if compared.same_bits else 'DIFFERENT'}  {bits}"]
+    if compared.speedup is not None:
+        lines += [
+            f"Speedup   {compared.speedup:.2f} x, counted: core alone over {partition}, its program loaded before",
+            f"Load      {compared.loaded_cycles} clocks of the core, once a pattern",
+        ]
+    return [*lines, f"Clocks    an engine's clock is {ratio:g} of the core's; memory answers after {latency}"]
+
+
+def _document(
+    compared: Comparison, workload: Path, partition: str, chosen: list[int], **settings: Any
+) -> dict[str, Any]:
+    from orbsoc.soc.table import summed
+
+    def part(runs: tuple[Counted, ...]) -> dict[str, Any]:
+        return {
+            "core_cycles": sum(run.core_cycles for run in runs),
+            "instructions": sum(run.instructions for run in runs),
+            "parts": [asdict(row) for row in summed(runs)],
+        }
+
+    return {
+        "schema": SCHEMA,
+        "provenance": "counted: Rocket core and engine in one simulation under Verilator",
+        "workload": str(workload),
+        "partition": partition,
+        "solves": chosen,
+        **settings,
+        "alone": part(compared.alone),
+        "split": part(compared.split) if compared.split else None,
+        "loaded_cycles": compared.loaded_cycles,
+        "speedup": compared.speedup,
+        "same_bits": compared.same_bits,
+    }

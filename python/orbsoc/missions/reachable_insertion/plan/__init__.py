@@ -1,1 +1,0 @@
-"""What was planned, as data, and what may be said of it."""

@@ -1,0 +1,62 @@
+"""What a run on the simulated computer counted, from its console (rtl/soc/program/counts.c)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from .machine import SocError
+
+
+@dataclass(frozen=True, slots=True)
+class StageCount:
+    """A part of a solve. `where` is "core", "PL" or "link"; PL cycles are the engine's own, core cycles what the core spent or waited."""
+
+    name: str
+    where: str
+    runs: int
+    core_cycles: int
+    instructions: int = 0
+    pl_cycles: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """One solve. `verdicts`: the self-test's lines, which compare bits with the host's."""
+
+    core_cycles: int
+    instructions: int
+    stages: tuple[StageCount, ...]
+    verdicts: tuple[str, ...] = field(default=())
+
+    @property
+    def same_bits(self) -> bool:
+        """Whether status, iterations and every word of the solution are the host's."""
+        return bool(self.verdicts) and all(line.endswith("the recorded bits") for line in self.verdicts)
+
+
+def parsed(lines: Iterable[str], stage_names: tuple[str, ...]) -> Counted:
+    """The solve's record. Raises SocError where its lines are missing."""
+    stages: list[StageCount] = []
+    verdicts: list[str] = []
+    whole: tuple[int, int] | None = None
+    for line in lines:
+        kind, _, rest = line.partition(" ")
+        if kind == "stage":
+            number, runs, cycles, instructions = map(int, rest.split())
+            stages.append(StageCount(stage_names[number], "core", runs, cycles, instructions))
+        elif kind in {"put", "get", "load", "publish"}:
+            runs, cycles = map(int, rest.split())
+            stages.append(StageCount(kind, "link", runs, cycles))
+        elif kind == "segment":
+            number, runs, cycles, pl_cycles = map(int, rest.split())
+            name = stage_names[number - 1] if number <= len(stage_names) else "attempt"
+            stages.append(StageCount(name, "PL", runs, cycles, pl_cycles=pl_cycles))
+        elif kind == "solve":
+            cycles, instructions = map(int, rest.split())
+            whole = cycles, instructions
+        elif line.endswith(" bits"):
+            verdicts.append(line)
+    if whole is None:
+        raise SocError("the program ended before its first solve did")
+    return Counted(*whole, tuple(stages), tuple(verdicts))

@@ -1,0 +1,79 @@
+"""The simulated computer: built once by rtl/build.sh, run on an image."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from orbsoc.hw.schedules import Engine
+from orbsoc.rtl.validation import SEQUENCERS, Format, RtlError
+
+REGISTERS, MEMORIES = 0x2000_0000, 0x3000_0000
+"""Where the core sees the engine's two ports (rtl/soc/soc.sv)."""
+_SMALLEST = {"LANES": 1, "BANKS": 4, "ADDRESS_BITS": 4, "CODE_BITS": 4}
+"""An engine for the core alone: it is there and never launched."""
+
+
+class SocError(RtlError):
+    """A computer that does not build, or a run that does not end as it should."""
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """An executable of the simulation."""
+
+    harness: Path
+
+    @classmethod
+    def built(cls, rtl: Path, engine: Engine | None, form: Format, code_lines: int) -> Machine:
+        """From the cache of rtl/build.sh, which takes minutes the first time. Raises SocError."""
+        parameters = dict(_SMALLEST)
+        if engine is not None:
+            parameters = {
+                "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks,
+                "CLUSTERS": engine.clusters, "ADDRESS_BITS": engine.address_bits or 0, "SEQUENCER": SEQUENCERS[form],
+                "CODE_BITS": max(4, (code_lines - 1).bit_length()),
+            }  # fmt: skip
+        done = subprocess.run(
+            ["sh", rtl / "build.sh", "soc", *(f"-G{name}={value}" for name, value in parameters.items())],
+            env=os.environ | {"ORBSOC_ROCKET": str(core_sources())}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if done.returncode != 0:
+            raise SocError(f"the computer does not build: {done.stderr.strip()[-2000:]}")
+        return cls(Path(done.stdout.strip().splitlines()[-1]))
+
+    def run(self, image: Path, *, ratio: float, latency: int, limit: int | None = None) -> Iterator[str]:
+        """The lines of the program's console, as they come. `ratio`: core clocks a clock of the engine, from 1; `latency` of
+        memory in core clocks; `limit` on core clocks. Raises SocError when the program fails or the limit is met."""
+        command = [
+            str(self.harness),
+            f"+image={image}",
+            repr(ratio),
+            str(latency),
+            *([str(limit)] if limit else []),
+        ]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        assert process.stdout is not None
+        try:
+            last = ""
+            for line in process.stdout:
+                last = line.rstrip()
+                yield last
+            if process.wait() != 0:
+                ended = "its limit of clocks" if process.returncode == 124 else f"code {process.returncode}"
+                raise SocError(f"the program ended with {ended}; its last line: {last}")
+        finally:
+            process.kill()
+            process.wait()
+
+
+def core_sources() -> Path:
+    """Folder of the core's generated Verilog. Raises SocError where its package is missing."""
+    try:
+        import pythondata_cpu_rocket
+    except ImportError:
+        raise SocError("the core's RTL is not installed: pip install 'orbsoc[soc]'") from None
+    return Path(pythondata_cpu_rocket.data_location)

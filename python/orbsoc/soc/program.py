@@ -1,0 +1,133 @@
+"""A problem's flight code as an image for the core's memory."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.flight.export import export_c
+from orbsoc.hw.schedules import Engine
+from orbsoc.rtl.validation import Format
+
+from .machine import MEMORIES, REGISTERS, SocError
+
+COMPILER = "riscv64-unknown-elf-gcc"
+FLAGS = (
+    "--specs=picolibc.specs", "-O3", "-march=rv64gc", "-mabi=lp64d", "-mcmodel=medany", "-nostartfiles",
+    "-ffp-contract=off", "-fno-math-errno", "-Wl,--no-warn-rwx-segments",
+)  # fmt: skip
+"""-fno-math-errno: `sqrt` is the core's instruction. No flag changes a bit."""
+WRAPPED = ("orbsoc_run", "orbsoc_solve", "orbsoc_attach")
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """An image and the engine that its partition needs; none for the core alone."""
+
+    image: Path
+    key: str
+    """Of all that it was made from: the same key, the same run."""
+    engine: Engine | None
+    form: Format
+    code_lines: int
+
+
+def compiled(
+    problem: Problem,
+    settings: Settings | None,
+    rtl: Path,
+    cache: Path,
+    *,
+    partition: str | None,
+    engine: Engine,
+    form: Format = "compressed",
+) -> Program:
+    """The flight code for a problem with its self-test, compiled; kept in `cache`. Raises SocError without a compiler,
+    and what `export_c` raises."""
+    if shutil.which(COMPILER) is None:
+        raise SocError(
+            f"{COMPILER} is not installed: apt-get install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
+        )
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "program"
+        export_c(
+            problem, folder, settings=settings, fp=engine.fp, partition=partition, engine=engine, form=form
+        )
+        on_pl = (folder / "pl_program.c").is_file()
+        sources = sorted(folder.glob("*.c")) + sorted(folder.glob("*/*.c"))
+        board = [
+            rtl / "soc" / "program" / name
+            for name in ("start.S", "console.c", "counts.c", *(("dma.c", "device_counts.c") if on_pl else ()))
+        ]
+        key = _digest([*sources, *sorted(folder.glob("**/*.h")), *board, rtl / "soc" / "program" / "link.ld"])
+        image = cache / f"program-{key}.hex"
+        if not image.exists():
+            _compile(
+                folder, [*sources, *board], rtl / "soc" / "program" / "link.ld", engine.fp, image, on_pl=on_pl
+            )
+        if not on_pl:
+            return Program(image, key, None, form, 0)
+        address_bits, lines = _sizes((folder / "pl_program.c").read_text(encoding="utf-8"))
+        return Program(image, key, replace(engine, address_bits=address_bits), form, lines)
+
+
+def _sizes(source: str) -> tuple[int, int]:
+    """Address bits of the engine and lines of microcode, as the program states them."""
+    found = re.search(
+        r"orbsoc_pl_image program = \{\s*\du, (\d+)u, \d+u,\s*program_microcode, (\d+)u", source
+    )
+    assert found is not None
+    return int(found[1]), int(found[2])
+
+
+def _digest(files: list[Path]) -> str:
+    digest = hashlib.sha256(" ".join((COMPILER, *FLAGS)).encode())
+    for file in files:
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _compile(folder: Path, sources: list[Path], script: Path, fp: int, image: Path, *, on_pl: bool) -> None:
+    binary = folder / "image.bin"
+    elf = folder / "image.elf"
+    defines = [f"-DORBSOC_FP={fp}"]
+    if on_pl:
+        defines += [f"-DORBSOC_PL_REGISTERS=0x{REGISTERS:x}u", f"-DORBSOC_PL_MEMORIES=0x{MEMORIES:x}u"]
+    wraps = ",".join(f"--wrap={name}" for name in WRAPPED if on_pl or name != "orbsoc_attach")
+    includes = [f"-I{folder / name}" for name in (".", "flight", "driver")]
+    _run(
+        [
+            COMPILER,
+            *FLAGS,
+            *defines,
+            *includes,
+            f"-Wl,{wraps}",
+            "-T",
+            str(script),
+            *map(str, sources),
+            "-o",
+            str(elf),
+        ]
+    )
+    _run([COMPILER.replace("gcc", "objcopy"), "-O", "binary", str(elf), str(binary)])
+    data = binary.read_bytes()
+    words = np.frombuffer(data + bytes(-len(data) % 8), dtype="<u8")
+    image.parent.mkdir(parents=True, exist_ok=True)
+    temporary = image.with_suffix(f".{folder.parent.name}")
+    temporary.write_text("".join(f"{word:016x}\n" for word in words.tolist()))
+    temporary.replace(image)
+
+
+def _run(command: list[str]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SocError(f"the program does not compile: {done.stderr.strip()[-2000:]}")

@@ -1,0 +1,71 @@
+"""Counted runs: a problem on the simulated computer, kept under what it was made from, so that a run is simulated once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from orbsoc import _core
+from orbsoc.conic.problem import Problem
+from orbsoc.hw.schedules import Engine
+from orbsoc.ps.segments import Method
+from orbsoc.rtl.validation import Format
+
+from .counted import Counted, parsed
+from .machine import Machine
+from .program import Program, compiled
+
+FORM: Format = "compressed"
+"""Of microcode: its lines are a power of two of words, so the DMA moves them in one run."""
+
+
+def cache_folder() -> Path:
+    """Images and the consoles of finished runs; beside the models of rtl/build.sh."""
+    home = Path(os.environ.get("XDG_CACHE_HOME", "") or Path.home() / ".cache")
+    return Path(os.environ.get("ORBSOC_RTL_CACHE", "") or home / "orbsoc" / "rtl") / "soc-runs"
+
+
+def stage_names() -> tuple[str, ...]:
+    """Of the method, by their numbers in the flight code."""
+    return tuple(segment.stage for segment in Method.from_core(_core).segments)[1:]
+
+
+def counted(
+    problem: Problem,
+    rtl: Path,
+    *,
+    partition: str | None,
+    engine: Engine,
+    ratio: float,
+    latency: int,
+    tell: Callable[[str], None] = lambda line: None,
+    machine_of: Callable[[Program], Machine] | None = None,
+) -> Counted:
+    """The problem's solve from cold, then from a point nearby, by its flight code; counts are of the first.
+
+    `partition`: None for the core alone. `tell` is called with a line on each step. `machine_of`: another way to a machine than
+    `Machine.built`, for a run of the core alone on one that has an engine. Raises SocError, and what exporting raises.
+    """
+    cache = cache_folder()
+    tell("compile the program")
+    program = compiled(problem, None, rtl, cache, partition=partition, engine=engine, form=FORM)
+    tell("build the computer, minutes the first time")
+    machine = (
+        machine_of(program) if machine_of else Machine.built(rtl, program.engine, FORM, program.code_lines)
+    )
+    console = cache / f"run-{program.key}-{machine.harness.name}-{ratio:g}-{latency}.txt"
+    if console.exists():
+        tell("this run was simulated before")
+        return parsed(console.read_text().splitlines(), stage_names())
+    lines = []
+    for line in machine.run(program.image, ratio=ratio, latency=latency):
+        if line.startswith("@"):
+            tell(f"simulated {int(line[1:]) / 1e6:.1f} million clocks of the core")
+        else:
+            lines.append(line)
+    found = parsed(lines, stage_names())
+    temporary = console.with_suffix(f".{os.getpid()}")
+    temporary.write_text("\n".join(lines) + "\n")
+    temporary.replace(console)
+    return found

@@ -1,0 +1,28 @@
+/* The core's own counters. */
+#ifndef COUNTERS_H
+#define COUNTERS_H
+
+#include <stdint.h>
+
+typedef struct {
+  uint64_t cycles, instructions;
+} counters;
+
+static inline counters now(void) {
+  counters here;
+  __asm__ volatile("csrr %0, minstret" : "=r"(here.instructions)::"memory");
+  __asm__ volatile("csrr %0, mcycle" : "=r"(here.cycles)::"memory");
+  return here;
+}
+
+/* What was spent since then, on top of a sum. */
+static inline void add(counters *sum, counters since) {
+  const counters here = now();
+  sum->cycles += here.cycles - since.cycles;
+  sum->instructions += here.instructions - since.instructions;
+}
+
+/* Lines of the parts on the PL and of the link; nothing in a program without a PL. */
+void print_device(void) __attribute__((weak));
+
+#endif

@@ -1,0 +1,66 @@
+"""What a console is read as, and how runs are compared; no simulation."""
+
+from __future__ import annotations
+
+import pytest
+
+from orbsoc.commands.hw_soc import _chosen
+from orbsoc.soc.counted import parsed
+from orbsoc.soc.machine import SocError
+from orbsoc.soc.runs import stage_names
+from orbsoc.soc.table import REST, Comparison, summed, table
+
+ALONE = [
+    "stage 0 1 100 40",
+    "stage 4 9 900 300",
+    "solve 1100 400",
+    "SOLVED in 9 iterations: the recorded bits",
+]
+SPLIT = [
+    "load 1 50", "put 4 30", "get 2 20", "segment 34 1 400 66", "solve 520 90",
+    "SOLVED in 9 iterations: the recorded bits", "  place 1; first try: none; second try: none",
+]  # fmt: skip
+
+
+def test_parts_and_the_rest_make_the_whole() -> None:
+    found = parsed(ALONE, stage_names())
+    rows = summed([found, found])
+    assert [row.name for row in rows] == ["equilibrate", "factorize", REST]
+    assert [row.core_cycles for row in rows] == [200, 1800, 200]
+    assert sum(row.core_cycles for row in rows) == 2 * found.core_cycles
+    assert sum(row.instructions for row in rows) == 800
+
+
+def test_speedup_is_without_loading_the_program() -> None:
+    compared = Comparison((parsed(ALONE, stage_names()),), (parsed(SPLIT, stage_names()),))
+    assert compared.loaded_cycles == 50
+    assert compared.speedup == pytest.approx(1100 / 470)
+    assert compared.same_bits
+
+
+def test_an_attempt_is_a_part_on_the_pl() -> None:
+    attempt = next(row for row in summed([parsed(SPLIT, stage_names())]) if row.where == "PL")
+    assert (attempt.name, attempt.core_cycles, attempt.pl_cycles) == ("attempt", 400, 66)
+    assert any(
+        "attempt" in line and "76.9 %" in line for line in table([parsed(SPLIT, stage_names())], "split")
+    )
+
+
+def test_other_bits_are_told() -> None:
+    other = [line.replace("the recorded bits", "OTHER BITS") for line in ALONE]
+    assert not parsed(other, stage_names()).same_bits
+
+
+def test_a_program_that_ends_early_is_an_error() -> None:
+    with pytest.raises(SocError, match="before its first solve"):
+        parsed(["refused: error 3"], stage_names())
+
+
+@pytest.mark.parametrize("solves", ["0", "5", "1,x", "", "last"])
+def test_wrong_numbers_of_solves_name_what_is_allowed(solves: str) -> None:
+    with pytest.raises(ValueError, match="allowed is first, all, or numbers from 1 to 4"):
+        _chosen(solves, 4)
+
+
+def test_numbers_of_solves() -> None:
+    assert (_chosen("first", 4), _chosen("all", 4), _chosen("1,3", 4)) == ([1], [1, 2, 3, 4], [1, 3])
