@@ -137,7 +137,9 @@ def test_deviations_from_misra_are_those_that_the_guide_gives_reasons_for() -> N
     need("cppcheck")
     text = (ROOT / "docs" / "flight-code.md").read_text()
     table = text[text.index("Deviations from MISRA") : text.index("## On a board")]
-    known = {rule for row in re.findall(r"^\| ([\d., ]+) \|", table, re.MULTILINE) for rule in row.split(", ")}
+    known = {
+        rule for row in re.findall(r"^\| ([\d., ]+) \|", table, re.MULTILINE) for rule in row.split(", ")
+    }
     done = subprocess.run(
         ["cppcheck", "--addon=misra", "--std=c99", "--quiet", "-DORBSOC_FP=64", "-DORBSOC_INDEX_BITS=16",
          "-DFLT_EVAL_METHOD=0", f"-I{FLIGHT}", str(FLIGHT)],
