@@ -64,7 +64,7 @@ class Orbit(Table):
         return as_state(given) if isinstance(given, dict) else given
 
     _about: ConstantsSet = PrivateAttr(default=EARTH)
-    """The body that is orbited, told by whoever reads the table."""
+    """The body that is orbited, told by the scenario that has the table."""
 
     @property
     def by_elements(self) -> bool:
