@@ -103,11 +103,19 @@ def selftest_source(problem: Problem, recorded: Sequence[Recorded]) -> str:
             for name, values in zip("xyzs", each.start, strict=True):
                 parts.append(_doubles(f"start{k}_{name}", values))
         scalars = [getattr(found, name) for name in _SCALARS]
-        parts.append(_bits(f"expected{k}", np.concatenate([scalars, found.x, found.y, found.z, found.s])))
+        bits = _bits(f"expected{k}", np.concatenate([scalars, found.x, found.y, found.z, found.s]))
+        parts.append(_unless_short(bits) if each.moved else bits)
     parts.append(_MAIN_BEGIN)
-    parts.extend(_call(k, each) for k, each in enumerate(recorded))
+    parts.extend(
+        _unless_short(_call(k, each)) if each.moved else _call(k, each) for k, each in enumerate(recorded)
+    )
     parts.append(_MAIN_END)
     return "\n".join(parts)
+
+
+def _unless_short(text: str) -> str:
+    """What ORBSOC_SHORT_SELFTEST leaves out, where a solve takes long."""
+    return f"#ifndef ORBSOC_SHORT_SELFTEST\n{text}\n#endif"
 
 
 def _call(k: int, each: Recorded) -> str:
@@ -187,6 +195,7 @@ static int judged(orbsoc_error error, int status, uint32_t iterations, uint32_t 
   return right ? 0 : 1;
 }
 
+#ifndef ORBSOC_SHORT_SELFTEST
 /* Each number a little larger than the one before, relative to what it was. */
 static const double *moved(size_t count, const double *values) {
   static double out[ORBSOC_MOST_DATA];
@@ -205,6 +214,7 @@ static orbsoc_error solve_moved(void) {
                   orbsoc_set_h(&solver, moved(ORBSOC_M, h)) == ORBSOC_OK;
   return set ? orbsoc_solve(&solver) : ORBSOC_NO_DATA;
 }
+#endif
 
 int main(void) {
   int failed = 0;
