@@ -1,6 +1,7 @@
 //! What a solve returns, and its independent verification on the user's data.
 
 pub(crate) mod norms;
+mod point;
 mod radius;
 pub(crate) mod roundoff;
 pub(crate) mod solution;

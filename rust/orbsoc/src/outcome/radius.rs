@@ -1,8 +1,8 @@
 //! How far the points lie that a certificate of infeasibility does not exclude, on the user's data.
 
 use crate::outcome::norms::{symmetric_product, Sums};
+use crate::outcome::point::{present, project, Point};
 use crate::outcome::roundoff::{deterministic_bound, roundoff_in_product};
-use crate::outcome::verification::{present, project, Point};
 use crate::problem::{Csc, Problem};
 use nalgebra::{DVector, DVectorView};
 
