@@ -91,7 +91,7 @@ class Case:
         return np.asarray(np.where(np.hypot(vx, vy) < 140.0, found, -np.inf))
 
     def feasible(self, times: int = TIMES) -> bool | None:
-        """By closed form; None where it is too close to tell, or feasible at all but a few times, where nothing is tried."""
+        """By closed form; None where it is too close to tell, or feasible at too many times to be worth planning."""
         depth = self.depths(times)
         if depth.max() > 1e-3:
             return True if np.mean(depth > 0.0) < NARROW else None
