@@ -22,7 +22,7 @@ from orbsoc.missions import fly_around, passive_safety
 from orbsoc.missions.fly_around.model.flight import fly
 from orbsoc.missions.fly_around.search.fewest import coast_end
 from orbsoc.missions.fly_around.search.times import least_error
-from orbsoc.missions.fly_around.search.tube import NoTube
+from orbsoc.missions.fly_around.search.tube import NoTube, Revolution
 from orbsoc.missions.passive_safety.model.approach import Approach
 from orbsoc.missions.passive_safety.model.problem import assemble
 
@@ -60,9 +60,7 @@ def one_fly_around(random: np.random.Generator) -> Counter[str]:
         first = float(random.uniform(0.0, left)) if k % 2 else 0.0
         inner = np.sort(random.uniform(first + 0.05 * end_s, 0.95 * end_s, search.impossible - 1))
         times = np.unique(np.concatenate([[0.0, first], inner]))
-        best = least_error(
-            flight, start, times, end_s, solve=orbsoc.solve, note=lambda _: None, coast=first > 0.0
-        )
+        best = least_error(Revolution(flight, start, end_s, orbsoc.solve, coast=first > 0.0), times)
         if not isinstance(best, NoTube):
             nearest = min(nearest, fly(flight, start, best.programme, end_s, 1000).largest_error_m)
     said["contradicted"] += nearest < search.impossible_any_m - 1e-5

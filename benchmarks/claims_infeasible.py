@@ -1,4 +1,4 @@
-"""Approaches that no second impulse can make, by closed form: `python -m benchmarks.claims_infeasible [--cases N] [--seed S]`.
+"""Approaches that no second impulse can make, by closed form: `python -m benchmarks.claims_infeasible [--cases N] [--seed S] [--first K]`.
 
 Two impulses below the V-bar, the second's time free. An own closed form of the motion gives at 20 001 times the deepest
 drift that the first impulse's size leaves; a case counts as infeasible where all are too shallow by more than the margin
@@ -91,7 +91,7 @@ class Case:
         return np.asarray(np.where(np.hypot(vx, vy) < 140.0, found, -np.inf))
 
     def feasible(self, times: int = TIMES) -> bool | None:
-        """By closed form; None where it is too close to tell, or feasible at so many times that nothing is tried."""
+        """By closed form; None where it is too close to tell, or feasible at all but a few times, where nothing is tried."""
         depth = self.depths(times)
         if depth.max() > 1e-3:
             return True if np.mean(depth > 0.0) < NARROW else None
@@ -106,9 +106,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--seed", type=int, default=51)
+    parser.add_argument("--first", type=int, default=0, help="draw to begin with")
     options = parser.parse_args()
     said: Counter[str] = Counter({"contradicted": 0})
-    number = judged = 0
+    number, judged = options.first, 0
     while judged < options.cases:
         case = Case.drawn(np.random.default_rng([options.seed, number]))
         feasible = case.feasible()

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import two_burn_missions as two
+from benchmarks.burns_of_any_length import any_length
 from benchmarks.made_missions import LOWEST_M, STANDARD_GRAVITY_M_S2, Mission, axes_along
 from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.missions.reachable_insertion import Plan, Scenario, TwoBurnPlan, plan
@@ -313,6 +314,8 @@ def main(arguments: list[str] | None = None) -> int:
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument("--free", action="store_true", help="targets with elements left free")
     kind.add_argument("--two-burns", action="store_true", help="transfers made of two burns")
+    kind.add_argument("--any-length", action="store_true", help="burns from a millisecond to an hour")
+    parser.add_argument("--ignition-free", action="store_true", help="of any length")
     parser.add_argument("--oblate", action="store_true", help="of two burns: coasts with J2")
     parser.add_argument("--bounded", action="store_true", help="of two burns: a bound on the attitude rate")
     parser.add_argument("--out", type=Path, default=Path("out/missions"))
@@ -320,7 +323,7 @@ def main(arguments: list[str] | None = None) -> int:
     chosen.out.mkdir(parents=True, exist_ok=True)
     path = (
         chosen.out
-        / f"missions-{chosen.seed}{'-free' * chosen.free}{'-two-burns' * chosen.two_burns}{'-oblate' * chosen.oblate}{'-bounded' * chosen.bounded}.csv"
+        / f"missions-{chosen.seed}{'-free' * chosen.free}{'-two-burns' * chosen.two_burns}{'-oblate' * chosen.oblate}{'-bounded' * chosen.bounded}{'-any-length' * chosen.any_length}{'-ignition-free' * chosen.ignition_free}.csv"
     )
     done = {row.name: row for row in _read(path)}
     with path.open("a", newline="", encoding="utf-8") as file:
@@ -345,6 +348,8 @@ def _asked(chosen: argparse.Namespace) -> Iterator[Mission]:
     seed, count = chosen.seed, chosen.count
     if chosen.two_burns:
         yield from two.transfers(seed, count, oblate=chosen.oblate, bounded=chosen.bounded)
+    elif chosen.any_length:
+        yield from any_length(seed, count, free=chosen.ignition_free)
     else:
         yield from _with_free_elements(seed, count) if chosen.free else missions(seed, count)
     for number in range(chosen.unreachable):

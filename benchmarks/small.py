@@ -98,6 +98,11 @@ class Row:
         """The best peer's time over ours."""
         return min(self.peers.values(), default=float("nan")) / self.ours
 
+    @property
+    def first_ratio(self) -> float:
+        """The same with a pattern that was not met before."""
+        return min(self.peers.values(), default=float("nan")) / self.first
+
 
 def _clarabel(problem: Problem) -> Call:
     clarabel, _ = module("clarabel")
@@ -206,6 +211,25 @@ FAMILIES: dict[str, Callable[[int], Problem]] = {
 }
 
 
+KINDS = {
+    "SOCP": ("grasp", "robust least squares"),
+    "QP": ("portfolio", "MPC"),
+    "LP": ("LP",),
+}
+
+
+def _means(rows: list[Row]) -> list[str]:
+    """Geometric means of the ratios by kind of problem: with a known pattern, and the first time."""
+    out = []
+    for kind, names in KINDS.items():
+        of = [row for row in rows if row.name.startswith(names)]
+        known, first = (
+            np.exp(np.mean(np.log([getattr(row, ratio) for row in of]))) for ratio in ("ratio", "first_ratio")
+        )
+        out.append(f"{kind}: {known:.2f}, the first time {first:.2f}")
+    return out
+
+
 def _forget() -> None:
     """As many other patterns as the solver keeps, so that it has none of the problem's."""
     for size in range(2, 19):
@@ -255,7 +279,7 @@ def main() -> int:
         lines.append(
             f"| {row.name} | {row.build:.1f} | {row.ours:.0f} | {row.first:.0f} | {peer} | {row.ratio:.2f} |"
         )
-    sys.stdout.write("\n".join(lines) + "\n")
+    sys.stdout.write("\n".join([*lines, "", *_means(rows)]) + "\n")
     return 0
 
 

@@ -3,8 +3,8 @@
  * given. */
 #include "kernels.h"
 
-/* A certificate with at least this radius over the data's scale is accepted at the end of a solve.
- * */
+/* A certificate with at least this radius, over the data's scale or over its own, is accepted at
+ * the end of a solve. */
 #define RADIUS_CLAIMED 50.0
 /* How many times `tol` the common formula's ratio of a solution may be: its denominators leave out
  * products. */
@@ -18,7 +18,7 @@ typedef struct {
 /* A certificate of infeasibility on the user's data. */
 typedef struct {
   orbsoc_status status;
-  double radius, relative; /* the second over the data's scale */
+  double radius, relative, own; /* the others over the data's scale, and over its own */
 } proof_t;
 
 /* (x, y, z, s) in the user's units and rows. */
@@ -46,16 +46,10 @@ ORBSOC_SHARED double dot_of(size_t count, const double *a, const double *b) {
   double way[SUMS] = {0.0}, sum = 0.0;
   size_t k = 0;
   for (; k + SUMS <= count; k += SUMS) {
-    for (size_t v = 0; v < SUMS; v++) {
-      way[v] += a[k + v] * b[k + v];
-    }
+    for (size_t v = 0; v < SUMS; v++) { way[v] += a[k + v] * b[k + v]; }
   }
-  for (size_t v = 0; v < SUMS / 2u; v++) {
-    sum += way[v] + way[v + SUMS / 2u];
-  }
-  for (; k < count; k++) {
-    sum += a[k] * b[k];
-  }
+  for (size_t v = 0; v < SUMS / 2u; v++) { sum += way[v] + way[v + SUMS / 2u]; }
+  for (; k < count; k++) { sum += a[k] * b[k]; }
   return sum;
 }
 
@@ -68,21 +62,15 @@ ORBSOC_SHARED double size_of(size_t count, const double *a, const double *b) {
       way[v] += fabs((b == NULL) ? a[k + v] : a[k + v] * b[k + v]);
     }
   }
-  for (size_t v = 0; v < SUMS; v++) {
-    sum += way[v];
-  }
-  for (; k < count; k++) {
-    rest += fabs((b == NULL) ? a[k] : a[k] * b[k]);
-  }
+  for (size_t v = 0; v < SUMS; v++) { sum += way[v]; }
+  for (; k < count; k++) { rest += fabs((b == NULL) ? a[k] : a[k] * b[k]); }
   return sum + rest;
 }
 
 /* The sum of magnitudes, one after the other. */
 ORBSOC_SHARED double one_norm(size_t count, const double *a) {
   double sum = 0.0;
-  for (size_t k = 0; k < count; k++) {
-    sum += fabs(a[k]);
-  }
+  for (size_t k = 0; k < count; k++) { sum += fabs(a[k]); }
   return sum;
 }
 
@@ -98,9 +86,7 @@ ORBSOC_SHARED double norm_of(size_t count, const double *a) {
 
 /* The largest magnitude, NaN left out. */
 ORBSOC_SHARED double peak_of(size_t count, const double *a, double top) {
-  for (size_t k = 0; k < count; k++) {
-    top = most(top, fabs(a[k]));
-  }
+  for (size_t k = 0; k < count; k++) { top = most(top, fabs(a[k])); }
   return top;
 }
 
@@ -119,13 +105,9 @@ static double column_dot(size_t count, const double *values, const orbsoc_index 
   double four[4] = {0.0, 0.0, 0.0, 0.0}, rest = 0.0;
   size_t k = 0;
   for (; k + 4u <= count; k += 4u) {
-    for (size_t v = 0; v < 4u; v++) {
-      four[v] += values[k + v] * y[rows[k + v]];
-    }
+    for (size_t v = 0; v < 4u; v++) { four[v] += values[k + v] * y[rows[k + v]]; }
   }
-  for (; k < count; k++) {
-    rest += values[k] * y[rows[k]];
-  }
+  for (; k < count; k++) { rest += values[k] * y[rows[k]]; }
   return rest + ((four[0] + four[2]) + (four[1] + four[3]));
 }
 
@@ -141,9 +123,7 @@ ORBSOC_SHARED void transposed_product(const orbsoc_matrix *matrix, size_t column
 /* M x. */
 ORBSOC_SHARED void product(const orbsoc_matrix *matrix, size_t rows, size_t columns,
                            const double *values, const double *x, double *out) {
-  for (size_t i = 0; i < rows; i++) {
-    out[i] = 0.0;
-  }
+  for (size_t i = 0; i < rows; i++) { out[i] = 0.0; }
   for (size_t j = 0; j < columns; j++) {
     for (size_t k = matrix->begins[j]; k < matrix->begins[j + 1]; k++) {
       out[matrix->rows[k]] += values[k] * x[j];
@@ -154,9 +134,7 @@ ORBSOC_SHARED void product(const orbsoc_matrix *matrix, size_t rows, size_t colu
 /* P x, from P's upper triangle. */
 ORBSOC_SHARED void symmetric_product(pattern_t pattern, const double *values, const double *x,
                               double *out) {
-  for (size_t j = 0; j < pattern->n; j++) {
-    out[j] = 0.0;
-  }
+  for (size_t j = 0; j < pattern->n; j++) { out[j] = 0.0; }
   for (size_t j = 0; j < pattern->n; j++) {
     for (size_t k = pattern->cost.begins[j]; k < pattern->cost.begins[j + 1]; k++) {
       const size_t i = pattern->cost.rows[k];
@@ -174,9 +152,7 @@ ORBSOC_SHARED void symmetric_product(pattern_t pattern, const double *values, co
  * the point is inside. */
 ORBSOC_SHARED int onto_cone(size_t dim, const double *v, double *head, double *factor) {
   double square = 0.0;
-  for (size_t i = 1; i < dim; i++) {
-    square += v[i] * v[i];
-  }
+  for (size_t i = 1; i < dim; i++) { square += v[i] * v[i]; }
   const double size = sqrt(square);
   if (size <= v[0]) {
     return 0;
@@ -195,17 +171,13 @@ ORBSOC_SHARED int onto_cone(size_t dim, const double *v, double *head, double *f
 /* Projection of v onto K. */
 static void project(pattern_t pattern, double *v) {
   size_t at = pattern->given_l;
-  for (size_t i = 0; i < pattern->given_l; i++) {
-    v[i] = most(v[i], 0.0);
-  }
+  for (size_t i = 0; i < pattern->given_l; i++) { v[i] = most(v[i], 0.0); }
   for (size_t k = 0; k < pattern->given_cones; k++) {
     const size_t dim = pattern->given_cone_dims[k];
     double head = 0.0, factor = 0.0;
     if (onto_cone(dim, &v[at], &head, &factor) != 0) {
       v[at] = head;
-      for (size_t i = 1; i < dim; i++) {
-        v[at + i] *= factor;
-      }
+      for (size_t i = 1; i < dim; i++) { v[at + i] *= factor; }
     }
     at += dim;
   }
@@ -215,17 +187,13 @@ static void project(pattern_t pattern, double *v) {
 ORBSOC_SHARED double outside(pattern_t pattern, const double *v) {
   double moved = 0.0;
   size_t at = pattern->given_l;
-  for (size_t i = 0; i < pattern->given_l; i++) {
-    moved = (moved < -v[i]) ? -v[i] : moved;
-  }
+  for (size_t i = 0; i < pattern->given_l; i++) { moved = (moved < -v[i]) ? -v[i] : moved; }
   for (size_t k = 0; k < pattern->given_cones; k++) {
     const size_t dim = pattern->given_cone_dims[k];
     double head = 0.0, factor = 0.0;
     if (onto_cone(dim, &v[at], &head, &factor) != 0) {
       double tail = 0.0;
-      for (size_t i = 1; i < dim; i++) {
-        tail = (tail < fabs(v[at + i])) ? fabs(v[at + i]) : tail;
-      }
+      for (size_t i = 1; i < dim; i++) { tail = (tail < fabs(v[at + i])) ? fabs(v[at + i]) : tail; }
       tail = (1.0 - factor) * tail;
       moved = (moved < fabs(head - v[at])) ? fabs(head - v[at]) : moved;
       moved = (moved < tail) ? tail : moved;
@@ -302,9 +270,7 @@ static bound_t roundoff_of(pattern_t pattern, const orbsoc_numbers *given, const
       }
     }
   }
-  for (size_t i = 0; i < m; i++) {
-    add_term(conic, conic_terms, i, slack[i]);
-  }
+  for (size_t i = 0; i < m; i++) { add_term(conic, conic_terms, i, slack[i]); }
   const bound_t out = {worst_bound(p, rows, row_terms, NULL),
                        worst_bound(m, conic, conic_terms, pattern->absent),
                        worst_bound(n, dual, dual_terms, NULL)};
@@ -398,16 +364,12 @@ static residuals_t residuals_of(pattern_t pattern, const orbsoc_numbers *given, 
   residuals_t out;
   objectives(pattern, given, at, &v, tol, factor, &out);
   const bound_t bound = needed_bound(pattern, given, at, &v, &norm, tol, factor);
-  for (size_t i = 0; i < p; i++) {
-    v.ax[i] = v.ax[i] - given->b[i];
-  }
+  for (size_t i = 0; i < p; i++) { v.ax[i] = v.ax[i] - given->b[i]; }
   for (size_t i = 0; i < m; i++) {
     v.beyond[i] = v.h[i] - v.gx[i];
     v.gx[i] = (v.gx[i] + v.slack[i]) - v.h[i];
   }
-  for (size_t i = 0; i < n; i++) {
-    v.px[i] = ((v.px[i] + given->c[i]) + v.aty[i]) + v.gtz[i];
-  }
+  for (size_t i = 0; i < n; i++) { v.px[i] = ((v.px[i] + given->c[i]) + v.aty[i]) + v.gtz[i]; }
   const double equality = bound.equality + norm_of(p, v.ax);
   const double beyond = bound.conic + outside(pattern, v.beyond);
   const double conic = bound.conic + norm_of(m, v.gx);
@@ -425,13 +387,74 @@ static residuals_t residuals_of(pattern_t pattern, const orbsoc_numbers *given, 
 
 /* ---- certificates of infeasibility ---- */
 
-static proof_t radius(orbsoc_status status, double value, double size, double scale) {
-  proof_t out = {status, 0.0, 0.0};
+/* Of a certificate of this value, of which the size of what it misses, the data's scale, the
+ * magnitude of the value's terms, and the sum of all shares. */
+static proof_t radius(orbsoc_status status, double value, double size, double scale, double terms,
+                      double share) {
+  proof_t out = {status, 0.0, 0.0, 0.0};
   if (value < 0.0 && is_finite(value) && is_finite(size)) {
     out.radius = (size > 0.0) ? -value / size : (double)INFINITY;
     out.relative = out.radius / scale;
+    out.own = (share > 0.0) ? -value / terms / share : (double)INFINITY;
   }
   return out;
+}
+
+/* An error over the magnitude of the terms that it is left of; zero where there are none. */
+static double share_of(double error, double terms) {
+  return (terms > 0.0) ? error / terms : 0.0;
+}
+
+/* Sum of |value v[row]| in one column. */
+static double column_size(const orbsoc_matrix *matrix, size_t column, const double *values,
+                          const double *v) {
+  double sum = 0.0;
+  for (size_t k = matrix->begins[column]; k < matrix->begins[column + 1]; k++) {
+    sum += fabs(values[k] * v[matrix->rows[k]]);
+  }
+  return sum;
+}
+
+/* Sum of |value x[column]| in each row, of an upper triangle those of the whole matrix. */
+static void row_sizes(const orbsoc_matrix *matrix, size_t rows, size_t columns,
+                      const double *values, const double *x, int symmetric, double *out) {
+  for (size_t i = 0; i < rows; i++) {
+    out[i] = 0.0;
+  }
+  for (size_t j = 0; j < columns; j++) {
+    for (size_t k = matrix->begins[j]; k < matrix->begins[j + 1]; k++) {
+      const size_t i = matrix->rows[k];
+      out[i] += fabs(values[k] * x[j]);
+      if (symmetric != 0 && i != j) {
+        out[j] += fabs(values[k] * x[i]);
+      }
+    }
+  }
+}
+
+/* Absent rows have no size, and rows of a cone that of all. */
+static void by_cone(pattern_t pattern, double *sizes) {
+  size_t at = pattern->given_l;
+  present(pattern, sizes, sizes);
+  for (size_t k = 0; k < pattern->given_cones; k++) {
+    const size_t end = at + pattern->given_cone_dims[k];
+    double all = 0.0;
+    for (size_t i = at; i < end; i++) {
+      all += sizes[i];
+    }
+    for (; at < end; at++) {
+      sizes[at] = all;
+    }
+  }
+}
+
+/* `sum` and the shares of errors to which rounding adds so much of their terms. */
+static double add_shares(size_t count, const double *errors, const double *sizes, double rounding,
+                         double sum) {
+  for (size_t i = 0; i < count; i++) {
+    sum += share_of(fabs(errors[i]) + rounding * sizes[i], sizes[i]);
+  }
+  return sum;
 }
 
 /* Sum over a matrix's entries of |value v[row]|, and of |value v[column]|. */
@@ -462,35 +485,31 @@ ORBSOC_SHARED proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *give
                                    double *z) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *aty = given->work, *gtz = &aty[n], *h = &gtz[n];
-  double terms = 0.0, scale;
+  double terms = 0.0, scale, share = 0.0;
   present(pattern, z, z);
   project(pattern, z);
   const double size = most(norm_of(p, y), norm_of(m, z));
-  for (size_t i = 0; i < p; i++) {
-    y[i] = y[i] / size;
-  }
-  for (size_t i = 0; i < m; i++) {
-    z[i] = z[i] / size;
-  }
+  for (size_t i = 0; i < p; i++) { y[i] = y[i] / size; }
+  for (size_t i = 0; i < m; i++) { z[i] = z[i] / size; }
   present(pattern, given->h, h);
   const double support = dot_of(p, given->b, y) + dot_of(m, h, z);
   transposed_product(&pattern->equality, n, given->a, y, aty);
   transposed_product(&pattern->given_conic, n, given->g, z, gtz);
-  for (size_t j = 0; j < n; j++) {
-    aty[j] = aty[j] + gtz[j];
-  }
+  for (size_t j = 0; j < n; j++) { aty[j] = aty[j] + gtz[j]; }
   const double lost =
       deterministic_bound(p) * lost_by_rows(&pattern->equality, n, given->a, y) +
       deterministic_bound(m) * lost_by_rows(&pattern->given_conic, n, given->g, z);
-  for (size_t i = 0; i < p; i++) {
-    terms += fabs(given->b[i] * y[i]);
-  }
-  for (size_t i = 0; i < m; i++) {
-    terms += fabs(h[i] * z[i]);
+  for (size_t i = 0; i < p; i++) { terms += fabs(given->b[i] * y[i]); }
+  for (size_t i = 0; i < m; i++) { terms += fabs(h[i] * z[i]); }
+  for (size_t j = 0; j < n; j++) {
+    const double in_a = column_size(&pattern->equality, j, given->a, y);
+    const double in_g = column_size(&pattern->given_conic, j, given->g, z);
+    const double rounding = deterministic_bound(p) * in_a + deterministic_bound(m) * in_g;
+    share += share_of(fabs(aty[j]) + rounding, in_a + in_g);
   }
   scale = peak_of(m, h, peak_of(p, given->b, 1.0));
   return radius(ORBSOC_PRIMAL_INFEASIBLE, support + deterministic_bound(p + m) * terms,
-                one_norm(n, aty) + lost, scale);
+                one_norm(n, aty) + lost, scale, terms, share);
 }
 
 /* Rounding in the products of a direction with P, A and G. */
@@ -511,11 +530,9 @@ static double lost_along(pattern_t pattern, const orbsoc_numbers *given, const d
 ORBSOC_SHARED proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given, double *x) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *px = given->work, *ax = &px[n], *recession = &ax[p], *inside = &recession[m];
-  double terms = 0.0;
+  double *sizes = &inside[m], terms = 0.0, share = 0.0;
   const double size = norm_of(n, x);
-  for (size_t j = 0; j < n; j++) {
-    x[j] = x[j] / size;
-  }
+  for (size_t j = 0; j < n; j++) { x[j] = x[j] / size; }
   const double cost = dot_of(n, given->c, x);
   symmetric_product(pattern, given->p, x, px);
   product(&pattern->equality, p, n, given->a, x, ax);
@@ -526,15 +543,19 @@ ORBSOC_SHARED proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given,
     inside[i] = recession[i];
   }
   project(pattern, inside);
-  for (size_t i = 0; i < m; i++) {
-    recession[i] = recession[i] - inside[i];
-  }
+  for (size_t i = 0; i < m; i++) { recession[i] = recession[i] - inside[i]; }
   const double distance = one_norm(n, px) + one_norm(p, ax) + one_norm(m, recession);
-  for (size_t j = 0; j < n; j++) {
-    terms += fabs(given->c[j] * x[j]);
-  }
+  for (size_t j = 0; j < n; j++) { terms += fabs(given->c[j] * x[j]); }
+  const double rounding = deterministic_bound(n);
+  row_sizes(&pattern->cost, n, n, given->p, x, 1, sizes);
+  share = add_shares(n, px, sizes, 2.0 * rounding, share);
+  row_sizes(&pattern->equality, p, n, given->a, x, 0, sizes);
+  share = add_shares(p, ax, sizes, rounding, share);
+  row_sizes(&pattern->given_conic, m, n, given->g, x, 0, sizes);
+  by_cone(pattern, sizes);
+  share = add_shares(m, recession, sizes, rounding, share);
   return radius(ORBSOC_DUAL_INFEASIBLE, cost + deterministic_bound(n) * terms,
-                distance + lost_along(pattern, given, x), peak_of(n, given->c, 1.0));
+                distance + lost_along(pattern, given, x), peak_of(n, given->c, 1.0), terms, share);
 }
 
 /* ---- the outcome ---- */
@@ -553,24 +574,14 @@ static int norm_exceeds(pattern_t pattern, orbsoc_status status, double radius_,
 ORBSOC_SHARED void read_point(pattern_t pattern, const orbsoc_real *words, double *x, double *y,
                        double *z) {
   const size_t n = pattern->n, p = pattern->p;
-  for (size_t j = 0; j < n; j++) {
-    x[j] = (double)words[j];
-  }
-  for (size_t i = 0; i < p; i++) {
-    y[i] = (double)words[n + i];
-  }
-  for (size_t i = 0; i < pattern->given_m; i++) {
-    z[i] = 0.0;
-  }
-  for (size_t i = 0; i < pattern->m; i++) {
-    z[pattern->row_origin[i]] = (double)words[n + p + i];
-  }
+  for (size_t j = 0; j < n; j++) { x[j] = (double)words[j]; }
+  for (size_t i = 0; i < p; i++) { y[i] = (double)words[n + i]; }
+  for (size_t i = 0; i < pattern->given_m; i++) { z[i] = 0.0; }
+  for (size_t i = 0; i < pattern->m; i++) { z[pattern->row_origin[i]] = (double)words[n + p + i]; }
 }
 
 ORBSOC_SHARED void fill(size_t count, double value, double *out) {
-  for (size_t k = 0; k < count; k++) {
-    out[k] = value;
-  }
+  for (size_t k = 0; k < count; k++) { out[k] = value; }
 }
 
 /* The stronger certificate of those that the original data support and an `apparent` solution does
@@ -581,7 +592,7 @@ static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, 
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   const orbsoc_real *words = solver->buffer[ORBSOC_UNSCALED_CERTIFICATES];
   double *x = given->certificate, *y = &x[n], *z = &y[p];
-  proof_t found = {ORBSOC_SOLVED, 0.0, 0.0};
+  proof_t found = {ORBSOC_SOLVED, 0.0, 0.0, 0.0};
   for (uint32_t side = 0; side < 2u; side++) {
     const size_t word = (side == 0u) ? WORD_PRIMAL_RADIUS : WORD_DUAL_RADIUS;
     if (!(solver->buffer[ORBSOC_CONTROL][word] > 0)) {
@@ -591,10 +602,11 @@ static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, 
     const proof_t proof =
         (side == 0u) ? primal_proof(pattern, given, y, z) : dual_proof(pattern, given, x);
     const int stands =
-        proof.relative >= RADIUS_CLAIMED &&
+        most(proof.relative, proof.own) >= RADIUS_CLAIMED &&
         (apparent == NULL || norm_exceeds(pattern, proof.status, proof.radius, apparent->x,
                                           apparent->y, apparent->z) == 0);
-    if (stands && proof.relative >= found.relative) {
+    if (stands && (proof.own > found.own ||
+                   (proof.own == found.own && proof.relative >= found.relative))) {
       found = proof;
     }
   }
@@ -696,13 +708,13 @@ static int replaces(const orbsoc_solver *solver, const orbsoc_solution *later,
   if (later->status == earlier->status && is_infeasible(later->status)) {
     return later->radius > earlier->radius;
   }
-  if (is_infeasible(earlier->status)) {
+  if (is_infeasible(earlier->status) != 0) {
     return !is_infeasible(later->status) && stands_against(solver, later, earlier);
   }
   if (later->status == ORBSOC_SOLVED) {
     return 1;
   }
-  if (is_infeasible(later->status)) {
+  if (is_infeasible(later->status) != 0) {
     return !(usable || stands_against(solver, earlier, later));
   }
   if ((later->status == ORBSOC_SOLVED_INACCURATE) != usable) {

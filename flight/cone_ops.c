@@ -76,9 +76,7 @@ void orbsoc_nt_scaling(pattern_t pattern, const orbsoc_real *s, const orbsoc_rea
 /* out = W x. */
 void orbsoc_scale(pattern_t pattern, const orbsoc_real *w, const orbsoc_real *cone,
                   const orbsoc_real *x, orbsoc_real *out) {
-  for (size_t i = 0; i < pattern->l; i++) {
-    out[i] = w[i] * x[i];
-  }
+  for (size_t i = 0; i < pattern->l; i++) { out[i] = w[i] * x[i]; }
   size_t at = pattern->l;
   for (size_t k = 0; k < pattern->cones; k++) {
     const size_t dim = pattern->cone_dims[k];
@@ -86,9 +84,7 @@ void orbsoc_scale(pattern_t pattern, const orbsoc_real *w, const orbsoc_real *co
     const orbsoc_real eta = scalars[ETA], zeta = dot(dim - 1, &wk[1], &xk[1]);
     out[at] = eta * (zeta + wk[0] * xk[0]);
     const orbsoc_real along = xk[0] + zeta * scalars[INV_ONE_PLUS_W0];
-    for (size_t i = 1; i < dim; i++) {
-      out[at + i] = eta * (xk[i] + along * wk[i]);
-    }
+    for (size_t i = 1; i < dim; i++) { out[at + i] = eta * (xk[i] + along * wk[i]); }
     at += dim;
   }
 }
@@ -96,9 +92,7 @@ void orbsoc_scale(pattern_t pattern, const orbsoc_real *w, const orbsoc_real *co
 /* out = lambda \ d, the Jordan quotient: lambda o out = d. */
 void orbsoc_cone_divide(pattern_t pattern, const orbsoc_scaling *at, const orbsoc_real *d,
                         orbsoc_real *out) {
-  for (size_t i = 0; i < pattern->l; i++) {
-    out[i] = at->lambda_inverse[i] * d[i];
-  }
+  for (size_t i = 0; i < pattern->l; i++) { out[i] = at->lambda_inverse[i] * d[i]; }
   size_t row = pattern->l;
   for (size_t k = 0; k < pattern->cones; k++) {
     const size_t dim = pattern->cone_dims[k];
@@ -117,9 +111,7 @@ void orbsoc_cone_divide(pattern_t pattern, const orbsoc_scaling *at, const orbso
 /* direction <- direction + step other. */
 void orbsoc_add_scaled(size_t count, orbsoc_real step, const orbsoc_real *other,
                        orbsoc_real *direction) {
-  for (size_t i = 0; i < count; i++) {
-    direction[i] = direction[i] + step * other[i];
-  }
+  for (size_t i = 0; i < count; i++) { direction[i] = direction[i] + step * other[i]; }
 }
 
 /* Shift v along the cone's identity until its distance to the boundary is at least 1 and at least a
@@ -143,9 +135,7 @@ void orbsoc_shift_into_cone(pattern_t pattern, orbsoc_real *v) {
   }
   const orbsoc_real target = larger(1, positive * real(0.1 / (double)degree_of(pattern)));
   const orbsoc_real shift = larger(target - least, 0);
-  for (size_t i = 0; i < pattern->l; i++) {
-    v[i] = v[i] + shift;
-  }
+  for (size_t i = 0; i < pattern->l; i++) { v[i] = v[i] + shift; }
   at = pattern->l;
   for (size_t k = 0; k < pattern->cones; k++) {
     v[at] = v[at] + shift;
@@ -172,12 +162,8 @@ void orbsoc_predictor_rhs(pattern_t pattern, const orbsoc_real *q, const orbsoc_
 void orbsoc_corrector_rhs(pattern_t pattern, orbsoc_real damping, const orbsoc_real *residual,
                           const orbsoc_real *lifted, orbsoc_real *rhs) {
   const size_t rows = (size_t)pattern->n + pattern->p, all = unknowns_of(pattern);
-  for (size_t i = all; i < pattern->dim; i++) {
-    rhs[pattern->position[i]] = 0;
-  }
-  for (size_t i = 0; i < rows; i++) {
-    rhs[pattern->position[i]] = -(damping * residual[i]);
-  }
+  for (size_t i = all; i < pattern->dim; i++) { rhs[pattern->position[i]] = 0; }
+  for (size_t i = 0; i < rows; i++) { rhs[pattern->position[i]] = -(damping * residual[i]); }
   for (size_t i = rows; i < all; i++) {
     rhs[pattern->position[i]] = lifted[i - rows] - damping * residual[i];
   }
@@ -201,9 +187,7 @@ static roots_t roots_of(orbsoc_real v, orbsoc_real mu, orbsoc_real four_mu) {
 static void central_pair_cone(size_t dim, orbsoc_real mu, orbsoc_real four_mu, orbsoc_real *s,
                               orbsoc_real *z) {
   const orbsoc_real half = real(0.5);
-  for (size_t i = 0; i < dim; i++) {
-    s[i] = s[i] - z[i];
-  }
+  for (size_t i = 0; i < dim; i++) { s[i] = s[i] - z[i]; }
   const orbsoc_real head = magnitude(s[0]), tail = norm2(dim - 1, &s[1]);
   const int negative = s[0] < 0;
   const roots_t outer = roots_of(head + tail, mu, four_mu);

@@ -86,9 +86,7 @@ static orbsoc_real reason_of(orbsoc_real finite, orbsoc_real met_before, int cle
       STOP_PRIMAL_CERTIFICATE, STOP_CONVERGED, STOP_NOT_FINITE, w[WORD_STOP],
   };
   orbsoc_real reason = 0;
-  for (size_t k = 0; k < REASONS; k++) {
-    reason = pick(holds[k], codes[k], reason);
-  }
+  for (size_t k = 0; k < REASONS; k++) { reason = pick(holds[k], codes[k], reason); }
   return reason;
 }
 

@@ -4,7 +4,7 @@
 #include "kernels.h"
 #include "method.h"
 
-#define BIT(k) ((uint64_t)1 << (k))
+#define BIT(k) ((uint64_t)1 << (uint32_t)(k))
 #define RAW (BIT(ORBSOC_RAW_P) | BIT(ORBSOC_RAW_A) | BIT(ORBSOC_RAW_G) | BIT(ORBSOC_RAW_Q))
 #define SCALED (BIT(ORBSOC_P) | BIT(ORBSOC_A) | BIT(ORBSOC_G) | BIT(ORBSOC_Q))
 /* What the core writes anew before each attempt. */

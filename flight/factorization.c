@@ -30,7 +30,7 @@ typedef struct {
   size_t gather;     /* of gather_from[] */
   size_t update;     /* of update[] */
   size_t relative;   /* of relative_row[] */
-} place_t;
+} panel_place_t;
 
 /* The pivot with static and dynamic regularisation, by its known sign. Selections by data, no other
  * work. */
@@ -44,33 +44,32 @@ static orbsoc_real regularized(orbsoc_real pivot, uint8_t positive, const orbsoc
   return (-by[FLOOR] < shifted) ? smaller(enlarged, -by[REPLACEMENT]) : shifted;
 }
 
+/* `rows` rows of subtract, which stay in registers while the columns go by. */
+ORBSOC_INLINE void subtract_tile(size_t rows, size_t columns, const orbsoc_real *restrict l,
+                                 const orbsoc_real *restrict y, size_t stride,
+                                 orbsoc_real *restrict out) {
+  orbsoc_real sum[ROWS];
+  for (size_t v = 0; v < rows; v++) { sum[v] = out[v]; }
+  for (size_t k = 0; k < columns; k++) {
+    const orbsoc_real by = y[k * stride];
+    for (size_t v = 0; v < rows; v++) { sum[v] = sum[v] - l[k * stride + v] * by; }
+  }
+  for (size_t v = 0; v < rows; v++) { out[v] = sum[v]; }
+}
+
 /* out_i <- out_i - sum_k l_k[i] y_k, the k in order; columns of l and entries of y are `stride`
  * apart. */
 static void subtract(size_t count, size_t columns, const orbsoc_real *restrict l,
                      const orbsoc_real *restrict y, size_t stride, orbsoc_real *restrict out) {
   size_t i = 0;
   for (; i + ROWS <= count; i += ROWS) {
-    orbsoc_real sum[ROWS];
-    for (size_t v = 0; v < ROWS; v++) {
-      sum[v] = out[i + v];
-    }
-    for (size_t k = 0; k < columns; k++) {
-      const orbsoc_real *a = &l[k * stride + i], by = y[k * stride];
-      for (size_t v = 0; v < ROWS; v++) {
-        sum[v] = sum[v] - a[v] * by;
-      }
-    }
-    for (size_t v = 0; v < ROWS; v++) {
-      out[i + v] = sum[v];
-    }
+    subtract_tile(ROWS, columns, &l[i], y, stride, &out[i]);
   }
-  for (; i < count; i++) {
-    orbsoc_real sum = out[i];
-    for (size_t k = 0; k < columns; k++) {
-      sum = sum - l[k * stride + i] * y[k * stride];
-    }
-    out[i] = sum;
+  if (i + ROWS / 2u <= count) {
+    subtract_tile(ROWS / 2u, columns, &l[i], y, stride, &out[i]);
+    i += ROWS / 2u;
   }
+  for (; i < count; i++) { subtract_tile(1, columns, &l[i], y, stride, &out[i]); }
 }
 
 /* Rows lo.. of a panel, whose entries are at `to` in each of COLUMNS columns that begin at
@@ -82,22 +81,16 @@ static size_t subtract_tiles(size_t count, size_t columns, const orbsoc_real *re
   for (; i + ROWS <= count; i += ROWS) {
     orbsoc_real sum[COLUMNS][ROWS];
     for (size_t c = 0; c < COLUMNS; c++) {
-      for (size_t v = 0; v < ROWS; v++) {
-        sum[c][v] = target[c][to[i + v]];
-      }
+      for (size_t v = 0; v < ROWS; v++) { sum[c][v] = target[c][to[i + v]]; }
     }
     for (size_t k = 0; k < columns; k++) {
       const orbsoc_real *a = &l[k * stride + i], *by = &y[k * stride];
       for (size_t c = 0; c < COLUMNS; c++) {
-        for (size_t v = 0; v < ROWS; v++) {
-          sum[c][v] = sum[c][v] - a[v] * by[c];
-        }
+        for (size_t v = 0; v < ROWS; v++) { sum[c][v] = sum[c][v] - a[v] * by[c]; }
       }
     }
     for (size_t c = 0; c < COLUMNS; c++) {
-      for (size_t v = 0; v < ROWS; v++) {
-        target[c][to[i + v]] = sum[c][v];
-      }
+      for (size_t v = 0; v < ROWS; v++) { target[c][to[i + v]] = sum[c][v]; }
     }
   }
   return i;
@@ -109,9 +102,7 @@ static void subtract_rows(size_t count, size_t columns, const orbsoc_real *restr
                           orbsoc_real *const *target) {
   for (size_t c = 0; c < count; c++) {
     orbsoc_real sum = target[c][to];
-    for (size_t k = 0; k < columns; k++) {
-      sum = sum - l[k * stride] * y[k * stride + c];
-    }
+    for (size_t k = 0; k < columns; k++) { sum = sum - l[k * stride] * y[k * stride + c]; }
     target[c][to] = sum;
   }
 }
@@ -126,17 +117,15 @@ static void divide(size_t count, orbsoc_real inverse, orbsoc_real *restrict colu
 }
 
 /* The node's own columns, one diagonal block after the other. */
-static void factor_columns(const factor_t *f, const orbsoc_node *node, const place_t *at) {
+static void factor_columns(const factor_t *f, const orbsoc_node *node, const panel_place_t *at) {
   const size_t leading = node->leading, size = node->diagonal;
   orbsoc_real *panel = &f->l[at->panel];
   for (size_t j = 0; j < node->width; j++) {
     const size_t own = j % size, block = (j - own) * leading, rest = leading - own - 1;
     orbsoc_real *column = &panel[j * leading + own], *y = &f->y[j * leading + own];
-    orbsoc_real pivot = column[0];
-    subtract(1, own, &panel[block + own], &f->y[block + own], leading, &pivot);
-    subtract(rest, own, &panel[block + own + 1], &f->y[block + own], leading, &column[1]);
+    subtract(rest + 1, own, &panel[block + own], &f->y[block + own], leading, column);
     const orbsoc_real inverse =
-        1 / regularized(pivot, f->pattern->positive[at->first + j], f->regularization);
+        1 / regularized(column[0], f->pattern->positive[at->first + j], f->regularization);
     f->pivot_inverse[at->first + j] = inverse;
     divide(rest, inverse, &column[1], &y[1]);
   }
@@ -144,7 +133,8 @@ static void factor_columns(const factor_t *f, const orbsoc_node *node, const pla
 
 /* Subtract a small node's contribution at its scatter indices, counted from the end of its panel.
  * */
-static void contribute_scattered(const factor_t *f, const orbsoc_node *node, const place_t *at) {
+static void contribute_scattered(const factor_t *f, const orbsoc_node *node,
+                                 const panel_place_t *at) {
   const size_t leading = node->leading, rows = leading - node->diagonal, width = node->width;
   const orbsoc_index *scatter = &f->pattern->scatter_to[at->scatter];
   const orbsoc_real *l = &f->l[at->panel + node->diagonal], *y = &f->y[node->diagonal];
@@ -183,7 +173,7 @@ static size_t first_column_of(pattern_t pattern, size_t target, size_t *panel, s
 
 /* Subtract a finished node's contribution from the panels of later ones, each column through `row`.
  * */
-static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
+static void contribute_blocks(const factor_t *f, size_t k, const panel_place_t *at) {
   const orbsoc_node *node = &f->pattern->node[k];
   const size_t leading = node->leading, diagonal = node->diagonal, width = node->width;
   const orbsoc_index *rows = &f->pattern->row[at->row];
@@ -219,21 +209,17 @@ static void contribute_blocks(const factor_t *f, size_t k, const place_t *at) {
       const orbsoc_index *to = &relative[c - update->lo];
       orbsoc_real *column = &target[(next + rows[c - diagonal] - first) * stride];
       const size_t count = leading - c;
-      for (size_t i = 0; i < count; i++) {
-        work[i] = column[to[i]];
-      }
+      for (size_t i = 0; i < count; i++) { work[i] = column[to[i]]; }
       subtract(count, width, &l[c], &f->y[c], leading, work);
-      for (size_t i = 0; i < count; i++) {
-        column[to[i]] = work[i];
-      }
+      for (size_t i = 0; i < count; i++) { column[to[i]] = work[i]; }
     }
-    relative += leading - update->lo;
+    relative = &relative[leading - update->lo];
   }
 }
 
 /* The Schur complement of condensed columns, whose entries of L D are the matrix's own: each
  * product of two rows, divided by the pivots, at its scatter index. */
-static void factor_condensed(const factor_t *f, const orbsoc_node *node, const place_t *at) {
+static void factor_condensed(const factor_t *f, const orbsoc_node *node, const panel_place_t *at) {
   const size_t width = node->width, rows = (size_t)node->leading - node->diagonal;
   const orbsoc_index *from = &f->pattern->gather_from[at->gather];
   const orbsoc_index *scatter = &f->pattern->scatter_to[at->scatter];
@@ -245,9 +231,7 @@ static void factor_condensed(const factor_t *f, const orbsoc_node *node, const p
   }
   for (size_t j = 0; j < rows; j++) {
     const orbsoc_real *column = &f->values[from[1 + j]];
-    for (size_t k = 0; k < width; k++) {
-      f->y[k] = column[k] * inverse[k];
-    }
+    for (size_t k = 0; k < width; k++) { f->y[k] = column[k] * inverse[k]; }
     for (size_t i = j; i < rows; i++) {
       orbsoc_real *entry = &target[scatter[i - j]];
       *entry = *entry - dot(width, &f->values[from[1 + i]], f->y);
@@ -259,15 +243,11 @@ static void factor_condensed(const factor_t *f, const orbsoc_node *node, const p
 /* The matrix's entries in their places of the factor, the rest zero. */
 static void load(pattern_t pattern, const orbsoc_real *values, orbsoc_real *l) {
   const orbsoc_index *to = pattern->entry_target;
-  for (size_t k = 0; k < pattern->panel_entries; k++) {
-    l[k] = 0;
-  }
+  for (size_t k = 0; k < pattern->panel_entries; k++) { l[k] = 0; }
   for (size_t r = 0; r < pattern->runs; r++) {
     const orbsoc_real *from = &values[pattern->run_value[r]];
-    for (size_t k = 0; k < pattern->run_length[r]; k++) {
-      l[to[k]] = from[k];
-    }
-    to += pattern->run_length[r];
+    for (size_t k = 0; k < pattern->run_length[r]; k++) { l[to[k]] = from[k]; }
+    to = &to[pattern->run_length[r]];
   }
 }
 
@@ -275,7 +255,7 @@ void orbsoc_factorize(pattern_t pattern, const orbsoc_real *values,
                       const orbsoc_real *regularization, orbsoc_real *l,
                       orbsoc_real *pivot_inverse, orbsoc_real *y) {
   const factor_t f = {pattern, values, regularization, l, y, pivot_inverse};
-  place_t at = {0, 0, 0, 0, 0, 0, 0};
+  panel_place_t at = {0, 0, 0, 0, 0, 0, 0};
   load(pattern, values, l);
   for (size_t k = 0; k < pattern->nodes; k++) {
     const orbsoc_node *node = &pattern->node[k];

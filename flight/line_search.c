@@ -17,9 +17,7 @@ orbsoc_real orbsoc_inverse_step(pattern_t pattern, const orbsoc_scaling *at,
     const orbsoc_real product =
         (scalars[GAMMA] * d[0]) - root_inverse * dot(dim - 1, &lambda[1], &d[1]);
     const orbsoc_real factor = ((product + d[0]) * scalars[INV_ONE_PLUS_GAMMA]) * root_inverse;
-    for (size_t i = 1; i < dim; i++) {
-      rho[i - 1] = d[i] - factor * lambda[i];
-    }
+    for (size_t i = 1; i < dim; i++) { rho[i - 1] = d[i] - factor * lambda[i]; }
     inverse = larger(inverse, (norm2(dim - 1, rho) - product) * root_inverse);
     row += dim;
   }

@@ -32,17 +32,13 @@ ORBSOC_INLINE void forward_below(size_t width, size_t leading, size_t size,
   for (size_t i = size; i < leading; i++) {
     orbsoc_real *entry = &below[(size_t)rows[i - size] * sides];
     orbsoc_real sum[2];
-    for (size_t r = 0; r < sides; r++) {
-      sum[r] = entry[r];
-    }
+    for (size_t r = 0; r < sides; r++) { sum[r] = entry[r]; }
     for (size_t j = 0; j < width; j++) {
       for (size_t r = 0; r < sides; r++) {
         sum[r] = sum[r] - l[j * leading + i] * own[j * sides + r];
       }
     }
-    for (size_t r = 0; r < sides; r++) {
-      entry[r] = sum[r];
-    }
+    for (size_t r = 0; r < sides; r++) { entry[r] = sum[r]; }
   }
 }
 
@@ -79,9 +75,7 @@ static inline void forward_leaves(const orbsoc_node *node, const orbsoc_real *l,
   for (size_t j = 0; j < node->width; j++) {
     for (size_t i = 1; i < node->leading; i++) {
       orbsoc_real *entry = &below[(size_t)*rows * sides];
-      for (size_t r = 0; r < sides; r++) {
-        entry[r] = entry[r] - l[i] * own[j * sides + r];
-      }
+      for (size_t r = 0; r < sides; r++) { entry[r] = entry[r] - l[i] * own[j * sides + r]; }
       rows++;
     }
     l += node->leading;
@@ -94,15 +88,16 @@ static inline void forward_condensed(const orbsoc_system *system, const orbsoc_n
                                      orbsoc_real *work, orbsoc_real *below) {
   const orbsoc_index *from = &system->pattern->gather_from[at->gather + 1];
   const orbsoc_index *rows = &system->pattern->row[at->row];
-  for (size_t k = 0; k < node->width; k++) {
+  const size_t width = node->width;
+  for (size_t k = 0; k < width; k++) {
     for (size_t r = 0; r < sides; r++) {
-      work[k * sides + r] = own[k * sides + r] * system->pivot_inverse[at->first + k];
+      work[r * width + k] = own[k * sides + r] * system->pivot_inverse[at->first + k];
     }
   }
   for (size_t i = 0; i < rows_of(node); i++) {
     orbsoc_real *entry = &below[(size_t)rows[i] * sides];
     for (size_t r = 0; r < sides; r++) {
-      entry[r] = entry[r] - dot_strided(node->width, &system->values[from[i]], &work[r], sides);
+      entry[r] = entry[r] - dot(width, &system->values[from[i]], &work[r * width]);
     }
   }
 }
@@ -115,9 +110,7 @@ ORBSOC_INLINE void backward_columns(const orbsoc_node *node, const orbsoc_real *
   const size_t leading = node->leading, size = node->diagonal, first = j - j % size;
   const orbsoc_real *column = &l[j * leading];
   orbsoc_real sum[8];
-  for (size_t c = 0; c < columns * sides; c++) {
-    sum[c] = own[j * sides + c];
-  }
+  for (size_t c = 0; c < columns * sides; c++) { sum[c] = own[j * sides + c]; }
   for (size_t i = leading; i-- > size;) {
     const orbsoc_real *by = &below[(size_t)rows[i - size] * sides];
     for (size_t c = 0; c < columns; c++) {
@@ -142,9 +135,7 @@ ORBSOC_INLINE void backward_columns(const orbsoc_node *node, const orbsoc_real *
       }
     }
   }
-  for (size_t c = 0; c < columns * sides; c++) {
-    own[j * sides + c] = sum[c];
-  }
+  for (size_t c = 0; c < columns * sides; c++) { own[j * sides + c] = sum[c]; }
 }
 
 /* L' of a panel, groups of four columns of a block from the last ones up. */
@@ -186,21 +177,19 @@ static inline void backward_condensed(const orbsoc_system *system, const orbsoc_
                                       orbsoc_real *work, orbsoc_real *own) {
   const orbsoc_index *from = &system->pattern->gather_from[at->gather + 1];
   const orbsoc_index *rows = &system->pattern->row[at->row];
-  for (size_t k = 0; k < node->width * sides; k++) {
-    work[k] = 0;
-  }
+  const size_t width = node->width;
+  for (size_t k = 0; k < width * sides; k++) { work[k] = 0; }
   for (size_t i = 0; i < rows_of(node); i++) {
-    const orbsoc_real *row = &system->values[from[i]];
-    const orbsoc_real *by = &below[(size_t)rows[i] * sides];
-    for (size_t k = 0; k < node->width; k++) {
-      for (size_t r = 0; r < sides; r++) {
-        work[k * sides + r] = work[k * sides + r] - row[k] * by[r];
-      }
+    const orbsoc_real *restrict row = &system->values[from[i]];
+    for (size_t r = 0; r < sides; r++) {
+      const orbsoc_real by = below[(size_t)rows[i] * sides + r];
+      orbsoc_real *restrict to = &work[r * width];
+      for (size_t k = 0; k < width; k++) { to[k] = to[k] - row[k] * by; }
     }
   }
-  for (size_t k = 0; k < node->width; k++) {
+  for (size_t k = 0; k < width; k++) {
     for (size_t r = 0; r < sides; r++) {
-      own[k * sides + r] += system->pivot_inverse[at->first + k] * work[k * sides + r];
+      own[k * sides + r] += system->pivot_inverse[at->first + k] * work[r * width + k];
     }
   }
 }
@@ -255,9 +244,7 @@ ORBSOC_INLINE void residual(const orbsoc_system *system, size_t sides, const orb
   pattern_t pattern = system->pattern;
   const orbsoc_index *dense = pattern->contiguous_columns;
   size_t block = 0;
-  for (size_t k = 0; k < pattern->dim * sides; k++) {
-    error[k] = rhs[k];
-  }
+  for (size_t k = 0; k < pattern->dim * sides; k++) { error[k] = rhs[k]; }
   for (size_t j = 0; j < pattern->dim; j++) {
     const size_t begin = pattern->kkt.begins[j], above = pattern->kkt.begins[j + 1] - begin - 1;
     const orbsoc_index *rows = &pattern->kkt.rows[begin];
@@ -287,9 +274,7 @@ ORBSOC_INLINE void residual(const orbsoc_system *system, size_t sides, const orb
         error[i + r] = error[i + r] - column[k] * x[j * sides + r];
       }
     }
-    for (size_t r = 0; r < sides; r++) {
-      error[j * sides + r] = sum[r];
-    }
+    for (size_t r = 0; r < sides; r++) { error[j * sides + r] = sum[r]; }
   }
 }
 
@@ -317,9 +302,7 @@ static void residual_sides(const orbsoc_system *system, size_t sides, const orbs
 
 void orbsoc_linear_solve(const orbsoc_system *system, size_t sides, const orbsoc_real *rhs,
                          orbsoc_real *x) {
-  for (size_t k = 0; k < system->pattern->dim * sides; k++) {
-    x[k] = rhs[k];
-  }
+  for (size_t k = 0; k < system->pattern->dim * sides; k++) { x[k] = rhs[k]; }
   substitute_sides(system, sides, system->scratch, x);
 }
 
@@ -343,13 +326,9 @@ void orbsoc_refine(const orbsoc_system *system, size_t sides, const orbsoc_real 
                    orbsoc_real active, orbsoc_real *x, orbsoc_real *error, orbsoc_real *state) {
   const size_t dim = system->pattern->dim, count = dim * sides;
   orbsoc_real *candidate = system->scratch, *found = &candidate[count], *work = &found[count];
-  for (size_t k = 0; k < count; k++) {
-    candidate[k] = error[k];
-  }
+  for (size_t k = 0; k < count; k++) { candidate[k] = error[k]; }
   substitute_sides(system, sides, work, candidate);
-  for (size_t k = 0; k < count; k++) {
-    candidate[k] = x[k] + candidate[k];
-  }
+  for (size_t k = 0; k < count; k++) { candidate[k] = x[k] + candidate[k]; }
   residual_sides(system, sides, rhs, candidate, found);
   for (size_t r = 0; r < sides; r++) {
     orbsoc_real *own = &state[r * REFINEMENT_WORDS];
@@ -376,9 +355,7 @@ void orbsoc_start_rhs(pattern_t pattern, const orbsoc_real *q, orbsoc_real *rhs,
                       orbsoc_real *tolerance) {
   const size_t n = pattern->n, rows = n + pattern->p, all = unknowns_of(pattern);
   tolerance[0] = real(1e-6) * max_abs(all, q);
-  for (size_t k = 0; k < 2u * pattern->dim; k++) {
-    rhs[k] = 0;
-  }
+  for (size_t k = 0; k < 2u * pattern->dim; k++) { rhs[k] = 0; }
   for (size_t i = 0; i < all; i++) {
     orbsoc_real *to = &rhs[2u * (size_t)pattern->position[i]];
     const orbsoc_real entry = (i < n) ? -q[i] : q[i];
@@ -411,12 +388,8 @@ void orbsoc_start_point(pattern_t pattern, const orbsoc_real *q, const orbsoc_re
 void orbsoc_newton_start_rhs(pattern_t pattern, const orbsoc_real *q, const orbsoc_real *slack,
                              orbsoc_real *rhs) {
   const size_t n = pattern->n, rows = n + pattern->p, all = unknowns_of(pattern);
-  for (size_t k = 0; k < pattern->dim; k++) {
-    rhs[k] = 0;
-  }
-  for (size_t i = 0; i < all; i++) {
-    rhs[pattern->position[i]] = (i < n) ? -q[i] : q[i];
-  }
+  for (size_t k = 0; k < pattern->dim; k++) { rhs[k] = 0; }
+  for (size_t i = 0; i < all; i++) { rhs[pattern->position[i]] = (i < n) ? -q[i] : q[i]; }
   for (size_t i = 0; i < pattern->m; i++) {
     orbsoc_real *entry = &rhs[pattern->position[rows + i]];
     *entry = *entry - (slack[i] + slack[i]);
@@ -426,7 +399,5 @@ void orbsoc_newton_start_rhs(pattern_t pattern, const orbsoc_real *q, const orbs
 /* The first `count` unknowns in natural order from one side of the permuted solutions. */
 void orbsoc_unload(pattern_t pattern, size_t count, const orbsoc_real *permuted, size_t sides,
                    size_t side, orbsoc_real *natural) {
-  for (size_t i = 0; i < count; i++) {
-    natural[i] = permuted[pattern->position[i] * sides + side];
-  }
+  for (size_t i = 0; i < count; i++) { natural[i] = permuted[pattern->position[i] * sides + side]; }
 }

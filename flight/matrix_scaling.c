@@ -25,7 +25,7 @@ static void raise_norms(const orbsoc_matrix *matrix, size_t columns, const orbso
   for (size_t j = 0; j < columns; j++) {
     const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
     orbsoc_real top = 0;
-    if (adjacent(count, &matrix->rows[begin])) {
+    if (adjacent(count, &matrix->rows[begin]) != 0) {
       orbsoc_real *norm = &norms[row0 + matrix->rows[begin]];
       for (size_t k = 0; k < count; k++) {
         norm[k] = larger(norm[k], magnitude(values[begin + k]));
@@ -50,7 +50,7 @@ static void multiply(const orbsoc_matrix *matrix, size_t columns,
   for (size_t j = 0; j < columns; j++) {
     const orbsoc_real factor = factors[j];
     const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
-    if (adjacent(count, &matrix->rows[begin])) {
+    if (adjacent(count, &matrix->rows[begin]) != 0) {
       const orbsoc_real *row = &factors[row0 + matrix->rows[begin]];
       for (size_t k = 0; k < count; k++) {
         values[begin + k] = values[begin + k] * (row[k] * factor);
@@ -72,12 +72,8 @@ static orbsoc_real cost_factor(size_t n, const orbsoc_real *c, size_t nnz, const
 
 static void load_matrices(pattern_t pattern, const orbsoc_numbers *given,
                           const orbsoc_scaled *out) {
-  for (size_t k = 0; k < pattern->nnz_p; k++) {
-    out->p[k] = loaded(given->p[k]);
-  }
-  for (size_t k = 0; k < pattern->nnz_a; k++) {
-    out->a[k] = loaded(given->a[k]);
-  }
+  for (size_t k = 0; k < pattern->nnz_p; k++) { out->p[k] = loaded(given->p[k]); }
+  for (size_t k = 0; k < pattern->nnz_a; k++) { out->a[k] = loaded(given->a[k]); }
   for (size_t k = 0; k < pattern->nnz_g; k++) {
     out->g[k] = loaded(given->g[pattern->g_origin[k]]);
   }
@@ -85,15 +81,9 @@ static void load_matrices(pattern_t pattern, const orbsoc_numbers *given,
 
 static void load_vectors(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *q) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->m;
-  for (size_t k = 0; k < n; k++) {
-    q[k] = loaded(given->c[k]);
-  }
-  for (size_t k = 0; k < p; k++) {
-    q[n + k] = loaded(given->b[k]);
-  }
-  for (size_t k = 0; k < m; k++) {
-    q[n + p + k] = loaded(given->h[pattern->row_origin[k]]);
-  }
+  for (size_t k = 0; k < n; k++) { q[k] = loaded(given->c[k]); }
+  for (size_t k = 0; k < p; k++) { q[n + k] = loaded(given->b[k]); }
+  for (size_t k = 0; k < m; k++) { q[n + p + k] = loaded(given->h[pattern->row_origin[k]]); }
 }
 
 /* The data as they are before equilibration, in the buffers that it writes. */
@@ -110,9 +100,7 @@ static void join_cones(pattern_t pattern, orbsoc_real *norms) {
   for (size_t k = 0; k < pattern->cones; k++) {
     const size_t dim = pattern->cone_dims[k];
     const orbsoc_real top = max_abs(dim, &norms[start]);
-    for (size_t i = 0; i < dim; i++) {
-      norms[start + i] = top;
-    }
+    for (size_t i = 0; i < dim; i++) { norms[start + i] = top; }
     start += dim;
   }
 }
@@ -121,13 +109,9 @@ void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t
                         const orbsoc_scaled *out, orbsoc_real *norms) {
   const size_t n = pattern->n, rows = n + pattern->p, all = unknowns_of(pattern);
   load_matrices(pattern, given, out);
-  for (size_t i = 0; i < all; i++) {
-    out->scale[i] = 1;
-  }
+  for (size_t i = 0; i < all; i++) { out->scale[i] = 1; }
   for (uint32_t pass = 0; pass < passes; pass++) {
-    for (size_t i = 0; i < all; i++) {
-      norms[i] = 0;
-    }
+    for (size_t i = 0; i < all; i++) { norms[i] = 0; }
     raise_norms(&pattern->cost, n, out->p, 0, norms);
     raise_norms(&pattern->equality, n, out->a, n, norms);
     raise_norms(&pattern->conic, n, out->g, rows, norms);
@@ -140,9 +124,7 @@ void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t
     multiply(&pattern->equality, n, norms, n, out->a);
     multiply(&pattern->conic, n, norms, rows, out->g);
   }
-  for (size_t i = 0; i < all; i++) {
-    out->scale_inverse[i] = 1 / out->scale[i];
-  }
+  for (size_t i = 0; i < all; i++) { out->scale_inverse[i] = 1 / out->scale[i]; }
   orbsoc_rescale(pattern, given, out);
 }
 
@@ -150,16 +132,10 @@ void orbsoc_equilibrate(pattern_t pattern, const orbsoc_numbers *given, uint32_t
 void orbsoc_rescale(pattern_t pattern, const orbsoc_numbers *given, const orbsoc_scaled *out) {
   const size_t n = pattern->n, all = unknowns_of(pattern);
   load_vectors(pattern, given, out->q);
-  for (size_t i = 0; i < all; i++) {
-    out->q[i] = out->q[i] * out->scale[i];
-  }
+  for (size_t i = 0; i < all; i++) { out->q[i] = out->q[i] * out->scale[i]; }
   const orbsoc_real gamma = cost_factor(n, out->q, pattern->nnz_p, out->p);
-  for (size_t k = 0; k < pattern->nnz_p; k++) {
-    out->p[k] = out->p[k] * gamma;
-  }
-  for (size_t i = 0; i < n; i++) {
-    out->q[i] = out->q[i] * gamma;
-  }
+  for (size_t k = 0; k < pattern->nnz_p; k++) { out->p[k] = out->p[k] * gamma; }
+  for (size_t i = 0; i < n; i++) { out->q[i] = out->q[i] * gamma; }
   out->cost_scale[0] = gamma;
   out->cost_scale[1] = 1 / gamma;
 }
@@ -176,9 +152,7 @@ void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *n
   for (size_t i = 0; i < pattern->n; i++) {
     top[2] = (fabs(given->c[i]) > top[2]) ? fabs(given->c[i]) : top[2];
   }
-  for (size_t k = 0; k < 3u; k++) {
-    norms[k] = real(top[k]);
-  }
+  for (size_t k = 0; k < 3u; k++) { norms[k] = real(top[k]); }
 }
 
 /* The user's point in the scaling of the new data: x^ = x/D, (y^, z^) = gamma (y, z)/(E, F), s^ = F
@@ -190,9 +164,7 @@ void orbsoc_load_start(pattern_t pattern, const orbsoc_real *start, const orbsoc
     const orbsoc_real scaled = start[i] * scales->scale_inverse[i];
     point[i] = (i < n) ? scaled : scaled * scales->cost_scale[0];
   }
-  for (size_t i = 0; i < pattern->m; i++) {
-    slack[i] = start[all + i] * scales->scale[rows + i];
-  }
+  for (size_t i = 0; i < pattern->m; i++) { slack[i] = start[all + i] * scales->scale[rows + i]; }
   homogenizer[TAU] = 1;
   homogenizer[KAPPA] = 0;
   homogenizer[STEPPED] = 0;
@@ -214,7 +186,5 @@ void orbsoc_undo_slack(pattern_t pattern, const orbsoc_scaled *scales, const orb
                        orbsoc_real tau, orbsoc_real *out) {
   const orbsoc_real primal = 1 / tau;
   const orbsoc_real *inverse = &scales->scale_inverse[(size_t)pattern->n + pattern->p];
-  for (size_t i = 0; i < pattern->m; i++) {
-    out[i] = (slack[i] * inverse[i]) * primal;
-  }
+  for (size_t i = 0; i < pattern->m; i++) { out[i] = (slack[i] * inverse[i]) * primal; }
 }

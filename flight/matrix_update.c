@@ -4,17 +4,13 @@
 
 static void put(size_t count, const orbsoc_index *to, const orbsoc_real *from,
                 orbsoc_real *values) {
-  for (size_t k = 0; k < count; k++) {
-    values[to[k]] = from[k];
-  }
+  for (size_t k = 0; k < count; k++) { values[to[k]] = from[k]; }
 }
 
 /* P, A and G, scaled, into a zeroed matrix. */
 void orbsoc_load_kkt(pattern_t pattern, const orbsoc_real *p, const orbsoc_real *a,
                      const orbsoc_real *g, orbsoc_real *values) {
-  for (size_t k = 0; k < pattern->nnz_kkt; k++) {
-    values[k] = 0;
-  }
+  for (size_t k = 0; k < pattern->nnz_kkt; k++) { values[k] = 0; }
   put(pattern->nnz_p, pattern->from_p, p, values);
   put(pattern->nnz_a, pattern->from_a, a, values);
   put(pattern->nnz_g, pattern->from_g, g, values);
@@ -31,26 +27,18 @@ void orbsoc_identity_blocks(pattern_t pattern, const orbsoc_real *parameters, or
                             orbsoc_real *regularization) {
   const orbsoc_index *block = pattern->soc;
   orbsoc_first_regularization(parameters, regularization);
-  for (size_t k = 0; k < pattern->l; k++) {
-    values[pattern->orthant[k]] = -1;
-  }
+  for (size_t k = 0; k < pattern->l; k++) { values[pattern->orthant[k]] = -1; }
   for (size_t k = 0; k < pattern->cones; k++) {
     const size_t dim = pattern->cone_dims[k];
-    for (size_t i = 0; i < block_entries(dim); i++) {
-      values[block[i]] = 0;
-    }
+    for (size_t i = 0; i < block_entries(dim); i++) { values[block[i]] = 0; }
     if (dim <= ORBSOC_DENSE_CONE) {
-      for (size_t j = 0; j < dim; j++) {
-        values[block[(j + 1) * (j + 2) / 2 - 1]] = -1;
-      }
+      for (size_t j = 0; j < dim; j++) { values[block[(j + 1) * (j + 2) / 2 - 1]] = -1; }
     } else {
-      for (size_t i = 0; i < dim; i++) {
-        values[block[i]] = -1;
-      }
+      for (size_t i = 0; i < dim; i++) { values[block[i]] = -1; }
       values[block[2 * dim - 1]] = -1;
       values[block[3 * dim]] = 1;
     }
-    block += block_entries(dim);
+    block = &block[block_entries(dim)];
   }
 }
 
@@ -97,9 +85,7 @@ static void expanded_block(size_t dim, orbsoc_real eta_sq, const orbsoc_real *w,
 void orbsoc_scaling_blocks(pattern_t pattern, const orbsoc_real *w, const orbsoc_real *cone,
                            orbsoc_real *values) {
   const orbsoc_index *block = pattern->soc;
-  for (size_t k = 0; k < pattern->l; k++) {
-    values[pattern->orthant[k]] = -(w[k] * w[k]);
-  }
+  for (size_t k = 0; k < pattern->l; k++) { values[pattern->orthant[k]] = -(w[k] * w[k]); }
   w += pattern->l;
   for (size_t k = 0; k < pattern->cones; k++) {
     const size_t dim = pattern->cone_dims[k];
@@ -110,6 +96,6 @@ void orbsoc_scaling_blocks(pattern_t pattern, const orbsoc_real *w, const orbsoc
       expanded_block(dim, eta_sq, w, block, values);
     }
     w += dim;
-    block += block_entries(dim);
+    block = &block[block_entries(dim)];
   }
 }

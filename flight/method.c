@@ -40,7 +40,7 @@ const orbsoc_list orbsoc_warm_startup = {warm_startup, COUNT(warm_startup)};
 const orbsoc_list orbsoc_iteration = {iteration, COUNT(iteration)};
 const orbsoc_list orbsoc_closing = {closing, COUNT(closing)};
 
-#define BIT(k) (1u << (k))
+#define BIT(k) (1u << (uint32_t)(k))
 #define UNSETTLED \
   (BIT(ORBSOC_SOLVED_INACCURATE) | BIT(ORBSOC_MAX_ITERATIONS) | BIT(ORBSOC_NUMERICAL_LIMIT))
 #define INFEASIBLE (BIT(ORBSOC_PRIMAL_INFEASIBLE) | BIT(ORBSOC_DUAL_INFEASIBLE))
@@ -87,24 +87,14 @@ static void prepare(const orbsoc_solver *solver, orbsoc_attempt attempt) {
   const double margin = (attempt == ATTEMPT_WARM) ? WARM_TOLERANCE_MARGIN : TOLERANCE_MARGIN;
   set_parameters(solver, attempt);
   solver->buffer[ORBSOC_VERDICT][0] = 0;
-  for (size_t i = 0; i < all + m + 1; i++) {
-    solver->buffer[ORBSOC_BEST][i] = 0;
-  }
-  for (size_t i = 0; i < all; i++) {
-    solver->buffer[ORBSOC_PRIMAL_CERTIFICATE][i] = 0;
-  }
-  for (size_t i = 0; i < all + m; i++) {
-    solver->buffer[ORBSOC_DUAL_CERTIFICATE][i] = 0;
-  }
-  for (size_t k = 0; k < CONTROL_WORDS; k++) {
-    words[k] = 0;
-  }
+  for (size_t i = 0; i < all + m + 1; i++) { solver->buffer[ORBSOC_BEST][i] = 0; }
+  for (size_t i = 0; i < all; i++) { solver->buffer[ORBSOC_PRIMAL_CERTIFICATE][i] = 0; }
+  for (size_t i = 0; i < all + m; i++) { solver->buffer[ORBSOC_DUAL_CERTIFICATE][i] = 0; }
+  for (size_t k = 0; k < CONTROL_WORDS; k++) { words[k] = 0; }
   /* Before there is a tolerance, every residual is checked. */
   words[WORD_NEEDS_RESIDUAL] = 1;
   words[WORD_BEST] = real((double)INFINITY);
-  for (size_t k = 0; k < 3u; k++) {
-    words[WORD_LEAST + k] = real((double)INFINITY);
-  }
+  for (size_t k = 0; k < 3u; k++) { words[WORD_LEAST + k] = real((double)INFINITY); }
   words[WORD_TOLERANCE_AIM] = real(margin * settings->tol);
   words[WORD_TOLERANCE_MET] = real(settings->tol);
   words[WORD_MAX_ITERATIONS] = real((double)settings->max_iterations);
@@ -164,12 +154,13 @@ int orbsoc_load_point(orbsoc_solver *solver, const double *x, const double *y, c
   double finite = 0.0;
   for (size_t i = 0; i < pattern->n; i++) {
     finite += 0.0 * x[i];
-    *to++ = real(x[i]);
+    to[i] = real(x[i]);
   }
   for (size_t i = 0; i < pattern->p; i++) {
     finite += 0.0 * y[i];
-    *to++ = real(y[i]);
+    to[pattern->n + i] = real(y[i]);
   }
+  to = &to[pattern->n + pattern->p];
   for (size_t i = 0; i < pattern->m; i++) {
     finite += 0.0 * z[pattern->row_origin[i]] + 0.0 * s[pattern->row_origin[i]];
     to[i] = real(z[pattern->row_origin[i]]);

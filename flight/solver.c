@@ -87,6 +87,12 @@ static int rounds_products(void) {
   return a * b - c == 0;
 }
 
+/* What the certificate would not notice, whatever the checksum says: rows that no cone has. */
+static size_t rows_of_cones(size_t rows, size_t cones, const orbsoc_index *dims) {
+  for (size_t k = 0; k < cones; k++) { rows += dims[k]; }
+  return rows;
+}
+
 static void lay_out_numbers(pattern_t pattern, double *at, orbsoc_numbers *out) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   out->p = at;
@@ -120,6 +126,11 @@ orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
       orbsoc_checksum(pattern) != pattern->checksum) {
     return ORBSOC_TABLES_CHANGED;
   }
+  if (rows_of_cones(pattern->l, pattern->cones, pattern->cone_dims) != pattern->m ||
+      rows_of_cones(pattern->given_l, pattern->given_cones, pattern->given_cone_dims) !=
+          pattern->given_m) {
+    return ORBSOC_TABLES_CHANGED;
+  }
   if (valid(settings) == 0) {
     return ORBSOC_BAD_SETTING;
   }
@@ -138,12 +149,8 @@ orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
     return ORBSOC_SMALL_MEMORY;
   }
   solver->scratch = &work[at];
-  for (size_t k = 0; k < at + pattern->scratch; k++) {
-    work[k] = 0;
-  }
-  for (size_t k = 0; k < number_words(pattern); k++) {
-    numbers[k] = 0.0;
-  }
+  for (size_t k = 0; k < at + pattern->scratch; k++) { work[k] = 0; }
+  for (size_t k = 0; k < number_words(pattern); k++) { numbers[k] = 0.0; }
   lay_out_numbers(pattern, numbers, &solver->numbers);
   solver->pattern = pattern;
   solver->settings = *settings;
@@ -171,9 +178,7 @@ static orbsoc_error take(orbsoc_solver *solver, uint32_t bit, size_t count, cons
       return ORBSOC_BAD_VALUE;
     }
   }
-  for (size_t k = 0; k < count; k++) {
-    to[k] = values[k];
-  }
+  for (size_t k = 0; k < count; k++) { to[k] = values[k]; }
   solver->given |= bit;
   solver->kept = ((bit & MATRICES) != 0u) ? 0u : solver->kept;
   return ORBSOC_OK;
@@ -215,7 +220,7 @@ orbsoc_error orbsoc_set_b(orbsoc_solver *solver, const double *values) {
 #define ABSENT_FROM 1e20
 
 orbsoc_error orbsoc_set_h(orbsoc_solver *solver, const double *values) {
-  if (missing(solver, values)) {
+  if (missing(solver, values) != 0) {
     return ORBSOC_NO_POINTER;
   }
   pattern_t pattern = solver->pattern;

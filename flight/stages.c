@@ -174,9 +174,7 @@ static void newton_start(const orbsoc_solver *solver) {
     delta[i] = slack[i];
   }
   orbsoc_central_pair(pattern, mu, slack, z);
-  for (size_t i = 0; i < m; i++) {
-    delta[i] = delta[i] - slack[i];
-  }
+  for (size_t i = 0; i < m; i++) { delta[i] = delta[i] - slack[i]; }
   const orbsoc_real distance = max_abs(m, delta);
   mu = larger(mu, real(0.5) * (distance * distance));
   orbsoc_central_pair(pattern, mu, slack, z);
@@ -225,9 +223,7 @@ static void cone_ops(const orbsoc_solver *solver, orbsoc_stage stage) {
       orbsoc_nt_scaling(pattern, b[ORBSOC_SLACK], &b[ORBSOC_POINT][rows], &at);
       break;
     case STAGE_PREDICTOR_RHS:
-      for (size_t i = 0; i < pattern->m; i++) {
-        b[ORBSOC_CONE_DIVISION][i] = b[ORBSOC_LAMBDA][i];
-      }
+      for (size_t i = 0; i < pattern->m; i++) { b[ORBSOC_CONE_DIVISION][i] = b[ORBSOC_LAMBDA][i]; }
       orbsoc_predictor_rhs(pattern, b[ORBSOC_Q], b[ORBSOC_RESIDUAL], b[ORBSOC_SLACK],
                            b[ORBSOC_MULTI_RHS]);
       break;
@@ -263,9 +259,7 @@ static void line_search(const orbsoc_solver *solver) {
 /* Keep a vector in place of the one kept so far where the flag is raised: a branch on data around a
  * copy. */
 static void keep(orbsoc_real flag, size_t count, const orbsoc_real *from, orbsoc_real *to) {
-  for (size_t i = 0; i < count && 0 < flag; i++) {
-    to[i] = from[i];
-  }
+  for (size_t i = 0; i < count && 0 < flag; i++) { to[i] = from[i]; }
 }
 
 /* Residuals and ratios, whether the attempt ends, and what of the iterate is better than what was
@@ -421,20 +415,20 @@ orbsoc_outcome orbsoc_run(orbsoc_solver *solver, orbsoc_stage stage, int whole) 
   if (solver->away == 0u) {
     execute(solver, stage, whole);
   } else {
-    const uint32_t flag = repeats ? ORBSOC_REFINEMENT_ACTIVE
-                                  : (judges ? ORBSOC_VERDICT : ORBSOC_CONTROL);
+    const uint32_t flag = (repeats != 0) ? ORBSOC_REFINEMENT_ACTIVE
+                                  : ((judges != 0) ? ORBSOC_VERDICT : ORBSOC_CONTROL);
     const int decides = repeats || judges || stage == STAGE_STATISTICS;
-    execute_partitioned(solver, stage, decides ? (uint64_t)1 << flag : 0u);
+    execute_partitioned(solver, stage, (decides != 0) ? (uint64_t)1 << flag : 0u);
     if (orbsoc_try_is_over(solver) != 0) {
       return ORBSOC_DONE;
     }
   }
-  if (repeats) {
+  if (repeats != 0) {
     return (b[ORBSOC_REFINEMENT_ACTIVE][0] != 0) ? ORBSOC_REPEAT : ORBSOC_NEXT;
   }
   if (stage == STAGE_STATISTICS) {
     reason = orbsoc_or_from_outside(solver, orbsoc_count(b[ORBSOC_CONTROL][WORD_STOP]));
-  } else if (judges) {
+  } else if (judges != 0) {
     reason = orbsoc_count(b[ORBSOC_VERDICT][0]);
   }
   if (reason == 0u) {

@@ -7,9 +7,7 @@
 /* out = P x, P symmetric and given by its upper triangle. */
 static void symmetric_product(pattern_t pattern, const orbsoc_real *values, const orbsoc_real *x,
                               orbsoc_real *out) {
-  for (size_t j = 0; j < pattern->n; j++) {
-    out[j] = 0;
-  }
+  for (size_t j = 0; j < pattern->n; j++) { out[j] = 0; }
   for (size_t j = 0; j < pattern->n; j++) {
     for (size_t k = pattern->cost.begins[j]; k < pattern->cost.begins[j + 1]; k++) {
       const size_t i = pattern->cost.rows[k];
@@ -26,13 +24,11 @@ static void products_of(const orbsoc_matrix *matrix, size_t rows, size_t columns
                         const orbsoc_real *restrict values, const orbsoc_real *restrict x,
                         const orbsoc_real *restrict y, orbsoc_real *restrict by_rows,
                         orbsoc_real *restrict by_columns) {
-  for (size_t i = 0; i < rows; i++) {
-    by_rows[i] = 0;
-  }
+  for (size_t i = 0; i < rows; i++) { by_rows[i] = 0; }
   for (size_t j = 0; j < columns; j++) {
     const size_t begin = matrix->begins[j], count = matrix->begins[j + 1] - begin;
     const orbsoc_index *at = &matrix->rows[begin];
-    if (adjacent(count, at)) {
+    if (adjacent(count, at) != 0) {
       const size_t first = at[0];
       by_columns[j] = dot(count, &values[begin], &y[first]);
       for (size_t k = 0; k < count; k++) {
@@ -77,20 +73,12 @@ static sizes_t residuals(pattern_t pattern, const orbsoc_iterate *at,
   size.gtz = max_abs_weighted(n, by_x, gtz);
   size.ray_rows = sum_abs_weighted(p, by_y, ax);
   size.ray_cost = sum_abs_weighted(n, by_x, px);
-  for (size_t i = 0; i < n; i++) {
-    aty[i] = aty[i] + gtz[i];
-  }
-  for (size_t i = 0; i < m; i++) {
-    gx[i] = gx[i] + at->slack[i];
-  }
+  for (size_t i = 0; i < n; i++) { aty[i] = aty[i] + gtz[i]; }
+  for (size_t i = 0; i < m; i++) { gx[i] = gx[i] + at->slack[i]; }
   size.ray_cone = sum_abs_weighted(m, by_z, gx);
   size.farkas = sum_abs_weighted(n, by_x, aty);
-  for (size_t i = 0; i < n; i++) {
-    residual[i] = (px[i] + aty[i]) + tau * c[i];
-  }
-  for (size_t i = 0; i < p + m; i++) {
-    residual[n + i] = ax[i] - tau * rhs[i];
-  }
+  for (size_t i = 0; i < n; i++) { residual[i] = (px[i] + aty[i]) + tau * c[i]; }
+  for (size_t i = 0; i < p + m; i++) { residual[n + i] = ax[i] - tau * rhs[i]; }
   size.x = max_abs_weighted(n, by_x, residual);
   size.y = max_abs_weighted(p, by_y, &residual[n]);
   size.z = max_abs_weighted(m, by_z, &residual[n + p]);

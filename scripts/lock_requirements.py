@@ -15,6 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LOCKS = ROOT / "requirements"
+SOURCE_ONLY = "oem"
+"""Has no wheel of the release that is tested with."""
 
 
 def resolve(wanted: list[str], constraints: Path | None) -> list[str]:
@@ -23,7 +25,18 @@ def resolve(wanted: list[str], constraints: Path | None) -> list[str]:
         venv.create(folder, with_pip=True)
         pip = [f"{folder}/bin/python", "-m", "pip", "--disable-pip-version-check"]
         under = ["-c", str(constraints)] if constraints else []
-        subprocess.run([*pip, "install", "--quiet", "--only-binary=:all:", *under, *wanted], check=True)
+        subprocess.run(
+            [
+                *pip,
+                "install",
+                "--quiet",
+                "--only-binary=:all:",
+                f"--no-binary={SOURCE_ONLY}",
+                *under,
+                *wanted,
+            ],
+            check=True,
+        )
         frozen = subprocess.run([*pip, "freeze"], check=True, capture_output=True, text=True).stdout
     return frozen.split()
 

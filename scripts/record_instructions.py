@@ -128,7 +128,7 @@ def build(core: Core) -> Path:
 def count(core: Core, bench: Path, files: list[Path], folder: Path) -> Run:
     """Solve every file once, and count its stages."""
     plugin, marks = folder / "count.so", folder / "marks.txt"
-    source = ROOT / "scripts" / "count_instructions.c"
+    source = ROOT / "python" / "orbsoc" / "flight" / "count_instructions.c"
     subprocess.run(["gcc", "-shared", "-fPIC", "-O2", source, "-o", plugin], check=True)
     done = subprocess.run(
         [*core.emulator, "-plugin", f"{plugin},out={marks}", bench, "--marks", *files],

@@ -11,22 +11,24 @@ large results of `orbsoc.reach` `orbsoc[reach]`. Without it, they raise ModuleNo
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.problem import Cones, Problem, ProblemError
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Certificate, Solution, Start, Status
 from orbsoc.conic.verify import verify
 from orbsoc.files.extras import told_what_to_install
-from orbsoc.solving.batch import BatchSolution, BatchSolver, solve_batch
 from orbsoc.solving.solver import Solver, solve
 
 if TYPE_CHECKING:
     from orbsoc.commands.plan import plan_file as plan_file
     from orbsoc.commands.plan_call import plan as plan
+    from orbsoc.conic.builder import ConicBuilder as ConicBuilder
     from orbsoc.files.versions import __version__ as __version__
     from orbsoc.flight import export_c as export_c
     from orbsoc.hw.emulation import PsScheduler as PsScheduler
     from orbsoc.interfaces.cvxpy import CVXPY as CVXPY
+    from orbsoc.solving.batch import BatchSolution as BatchSolution
+    from orbsoc.solving.batch import BatchSolver as BatchSolver
+    from orbsoc.solving.batch import solve_batch as solve_batch
 
     from . import missions as missions
     from . import reach as reach
@@ -52,7 +54,9 @@ __all__ = [
 
 
 _LAZY = {
+    **dict.fromkeys(("BatchSolution", "BatchSolver", "solve_batch"), "orbsoc.solving.batch"),
     "CVXPY": "orbsoc.interfaces.cvxpy",
+    "ConicBuilder": "orbsoc.conic.builder",
     "PsScheduler": "orbsoc.hw.emulation",
     "__version__": "orbsoc.files.versions",
     "export_c": "orbsoc.flight",

@@ -1,4 +1,4 @@
-// One master to PARTS slaves by address: a burst of each direction at a time. An address that is nobody's goes to part 0.
+// One master to PARTS slaves by address: a burst of each direction at a time. An address of no part goes to part 0.
 module soc_switch #(
     parameter int PARTS = 2,
     parameter logic [31:0] MASK = 32'hfc00_0000,

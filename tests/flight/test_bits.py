@@ -18,6 +18,7 @@ from orbsoc.flight.export import default_settings
 from tests.flight.c_library import CSolver, bits, compiled, expected
 from tests.solving.restart_problems import RECOVERED, STALLED, STALLING, badly_scaled
 from tests.zoo import cases
+from tests.zoo.unsolvable import drawn, in_units
 
 
 def with_rows_to_drop() -> Problem:
@@ -40,6 +41,9 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Settings | None]] = {
     "condensed": (lambda: small_lp(16, 0, rows=100), None),
     "absent rows": (with_rows_to_drop, None),
     "infeasible": (zoo("socp_disjoint_balls"), None),
+    "unbounded, small units": (lambda: in_units(drawn(1)[0], "columns 1e8", 1), None),
+    "unbounded, large units": (lambda: in_units(drawn(1)[0], "columns 1e-8", 1), None),
+    "infeasible, mixed units": (lambda: in_units(drawn(2)[0], "all mixed", 2), None),
     "restarted": (lambda: badly_scaled(RECOVERED[0]), STALLING),
     "stalled": (lambda: badly_scaled(STALLED), STALLING),
 }

@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import orbsoc
+from benchmarks.guidance import rendezvous
 from benchmarks.recorded import first_insertions
 from orbsoc import _core
 from orbsoc.commands.app import app
 from orbsoc.conic.problem import Cones, Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.flight import FlightError
 from orbsoc.flight.bounds import STACK_BYTES, TEXT_BYTES
+from orbsoc.flight.instructions import (
+    COMPILER,
+    EMULATOR,
+    WORST_ITERATIONS,
+    counted,
+    solve_instructions,
+    used_instructions,
+    varied,
+)
 from tests.flight.c_library import FLIGHT, ROOT, STRICT, need, sources
 
 SMALL = Problem(c=[1.0, 1.0], G=[[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0]], h=[1.0, 0.0, 0.0], cones=Cones(q=[3]))
@@ -64,16 +76,16 @@ def run_selftest(folder: Path, compiler: tuple[str, ...], emulator: tuple[str, .
 def test_the_selftest_has_the_recorded_bits_on_other_machines(exported: Path, target: str) -> None:
     compiler, emulator = TARGETS[target]
     need(compiler[0], emulator[0])
-    assert run_selftest(exported, compiler, emulator, "-static", "-O3").count("the recorded bits") == 2
+    assert run_selftest(exported, compiler, emulator, "-static", "-O3").count("the recorded bits") == 3
 
 
 def test_the_readmes_line_builds_a_selftest_that_passes(exported: Path) -> None:
-    assert run_selftest(exported, ("gcc",), (), "-O2").count("the recorded bits") == 2
+    assert run_selftest(exported, ("gcc",), (), "-O2").count("the recorded bits") == 3
 
 
 def test_memory_is_used_as_the_sanitizers_ask(exported: Path) -> None:
     options = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-    assert run_selftest(exported, ("gcc",), (), *options).count("the recorded bits") == 2
+    assert run_selftest(exported, ("gcc",), (), *options).count("the recorded bits") == 3
 
 
 def test_the_library_compiles_for_a_cortex_r52(exported: Path, tmp_path: Path) -> None:
@@ -121,6 +133,23 @@ def test_static_analysis_finds_nothing() -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_deviations_from_misra_are_those_that_the_guide_gives_reasons_for() -> None:
+    need("cppcheck")
+    text = (ROOT / "docs" / "flight-code.md").read_text()
+    table = text[text.index("Deviations from MISRA") : text.index("## On a board")]
+    known = {
+        rule for row in re.findall(r"^\| ([\d., ]+) \|", table, re.MULTILINE) for rule in row.split(", ")
+    }
+    done = subprocess.run(
+        ["cppcheck", "--addon=misra", "--std=c99", "--quiet", "-DORBSOC_FP=64", "-DORBSOC_INDEX_BITS=16",
+         "-DFLT_EVAL_METHOD=0", f"-I{FLIGHT}", str(FLIGHT)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    found = set(re.findall(r"misra-c2012-(\d+\.\d+)", done.stderr))
+    assert found, "the addon ran"
+    assert found <= known, sorted(found - known)
+
+
 def test_the_library_in_the_wheel_is_that_of_the_sources() -> None:
     written = {path.name: path.read_text() for path in FLIGHT.iterdir() if path.suffix in (".c", ".h")}
     assert _core.flight_sources() == written
@@ -146,7 +175,7 @@ def test_the_command_exports_a_partition_and_names_what_it_refuses(tmp_path: Pat
         app, [*begin, "resident", "--engine", "lanes=1,banks=4", "--microcode", "compressed"]
     )
     assert done.exit_code == 0, done.output
-    assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 2
+    assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 3
     assert (tmp_path / "c" / "driver" / "orbsoc_device.c").exists()
     assert "orbsoc_pl_attach" in (tmp_path / "c" / "README.md").read_text()
 
@@ -215,7 +244,7 @@ def test_the_command_exports_a_problem_file_and_refuses_missions_without_c(tmp_p
         app, ["export", "c", str(tmp_path / "small.json"), "--out", str(tmp_path / "c")]
     )
     assert done.exit_code == 0, done.output
-    assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 2
+    assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 3
     scenario = ROOT / "scenarios" / "paper001_equal.toml"
     done = CliRunner().invoke(app, ["export", "c", str(scenario), "--out", str(tmp_path / "none")])
     assert done.exit_code == 2
@@ -226,3 +255,30 @@ def test_the_command_exports_a_problem_file_and_refuses_missions_without_c(tmp_p
     )
     assert done.exit_code == 2
     assert not (tmp_path / "none").exists()
+
+
+def test_bounds_in_instructions_are_met_and_hold_for_other_data(tmp_path: Path) -> None:
+    """Bounds of a pattern against data sets that they were not taken from, and against an attempt made in full."""
+    need(COMPILER, EMULATOR, "gcc")
+    problem, settings = rendezvous(6, 0), Settings()
+    orbsoc.export_c(problem, tmp_path / "c", instructions=True)
+    page = (tmp_path / "c" / "BOUNDS.md").read_text()
+    stated = {
+        name: int(count) for name, count in re.findall(r"^\| (\w+) \| \d+ \| (\d+) \|$", page, re.MULTILINE)
+    }
+    around = re.search(r"\(begin (\d+), load_point (\d+), conclude (\d+), restart (\d+)\)", page)
+    assert around
+    stated |= dict(
+        zip(("begin", "load_point", "conclude", "restart"), map(int, around.groups()), strict=True)
+    )
+    seen = counted(tmp_path, varied(problem, 5, seed=1), settings, 64, "stages")
+    assert set(seen.runs) == set(stated)
+    for stage, runs in seen.runs.items():
+        assert 0.98 * stated[stage] - 2 <= max(runs) <= stated[stage], stage
+    full = counted(tmp_path, [problem], settings, 64, "worst").runs["worst"][0]
+    short = replace(settings, max_iterations=WORST_ITERATIONS)
+    assert 0.98 <= full / solve_instructions(stated, short, 1, warm=False) <= 1.0
+    solved = counted(tmp_path, varied(problem, 10, seed=2), settings, 64, "solves")
+    for k, outcome in enumerate(solved.outcomes):
+        taken = solved.runs["solve_from" if k % 2 else "solve"][k // 2]
+        assert taken <= used_instructions(stated, outcome, warm=k % 2 == 1)

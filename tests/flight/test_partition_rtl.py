@@ -103,8 +103,8 @@ def test_the_program_solves_on_the_rtl_and_survives_its_troubles(program: Partit
     assert pl.session.segments()
     pl.accesses = 0
     pl.error_at = 3
-    assert program.library.pl_place(program._solver()) == 1  # noqa: SLF001
-    assert program.library.orbsoc_solve(program._solver()) == 0  # noqa: SLF001
+    assert program.library.pl_place(program._solver()) == 1
+    assert program.library.orbsoc_solve(program._solver()) == 0
     assert (program.place, program.events) == ("second try", (BUS_ERROR, 0))
     pl.error_at = -1
     for offset in range(0, LINE_BYTES * 4096, LINE_BYTES * 7):  # every seventh line of microcode

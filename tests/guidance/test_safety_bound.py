@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orbsoc.guidance.safety import drift_clearance, drift_least
+from orbsoc.guidance.claims import Kind
+from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.safety import audit_cut_burns, drift_clearance, drift_least, nearest_claim
 from orbsoc.guidance.safety_bound import WITHIN_M, DriftFamily, Least, least_bound, unsafe_shares
+from orbsoc.orbit.relative import ClohessyWiltshire
 
 N = 1e-3
 FRACTIONS = 801
@@ -49,3 +52,15 @@ def test_one_drift_has_a_bound_of_its_own(seed: int) -> None:
     fine = drift_clearance(state, N, 3e4).distance_m[0]
     assert found.at_least_m is not None
     assert found.at_least_m <= fine <= found.at_least_m + 2.0 * WITHIN_M
+
+
+def test_what_is_claimed_of_cut_burns_is_a_bound_where_it_is_proved_and_sampled_where_not() -> None:
+    programme = ImpulseProgramme([0.0, 900.0], [[-0.1, 0.01, 0.0], [-0.05, 0.02, 0.03]])
+    start = np.array([-100.0, -800.0, 20.0, 0.0, 0.1, 0.0])
+    motion = ClohessyWiltshire(N)
+    cuts = audit_cut_burns(programme, start, motion, 40.0, mean_motion_rad_s=N)
+    claim = nearest_claim(cuts, "for all time")
+    least = min(min(cut.at_least_m or 0.0, cut.completed_at_least_m or 0.0) for cut in cuts)
+    assert (claim.kind, claim.claim) == (Kind.BOUND, f"none comes nearer than {least:.3f} m")
+    sampled = audit_cut_burns(programme, start, motion, 40.0, mean_motion_rad_s=N, circular=False)
+    assert nearest_claim(sampled, "for an orbit").kind is Kind.SAMPLED

@@ -17,7 +17,7 @@ from orbsoc.commands.app import app
 from orbsoc.commands.list_names import KINDS
 from orbsoc.guidance.presets import presets
 from orbsoc.guidance.scenario_file import checked, table_of
-from orbsoc.guidance.shipped import shipped_scenarios
+from orbsoc.guidance.shipped import scenario_folder, shipped_scenarios
 from orbsoc.missions.registry import EXAMPLES, MISSIONS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -95,6 +95,16 @@ def test_a_scenario_that_exists_stays_as_it_is() -> None:
 def test_shipped_scenarios_are_the_files_of_the_source_tree() -> None:
     assert {path.stem for path in (ROOT / "scenarios").glob("*.toml")} == set(shipped_scenarios())
     assert set(EXAMPLES) == set(MISSIONS)
+
+
+def test_shipped_scenarios_are_found_without_links_and_their_absence_is_told(tmp_path: Path) -> None:
+    (tmp_path / "python" / "orbsoc").mkdir(parents=True)
+    (tmp_path / "scenarios").mkdir()
+    here = tmp_path / "python" / "orbsoc" / "scenarios"
+    with pytest.raises(FileNotFoundError, match="the shipped scenarios are not there"):
+        scenario_folder(here)
+    here.write_text("../../scenarios", encoding="utf-8")  # what git writes where links are not allowed
+    assert scenario_folder(here) == (tmp_path / "scenarios").resolve()
 
 
 def test_list_names_all_that_commands_take() -> None:

@@ -49,7 +49,7 @@ def test_plan_writes_a_complete_folder_and_exits_0(rec1: tuple[Path, Result]) ->
     expected = [
         "attitude.csv", "attitude.png", "computer.png", "hardware.json", "history.png", "orbit.oem", "orbit.opm", "orbit.png",
         "plan.json", "position.png",
-        "report.html",
+        "report.html", "space.png",
         "velocity.png",
     ]  # fmt: skip
     assert sorted(path.name for path in folder.iterdir()) == expected

@@ -43,9 +43,10 @@ MAY_USE = {
     "orbsoc.reach": "missions",
     "orbsoc.report": "files guidance hw",
     "orbsoc.hw": "files conic solving ps guidance missions.registry hw_model _core",
-    "orbsoc.flight": "conic _core",
     "orbsoc.rtl": "files conic solving ps guidance missions.registry hw hw_model _core",
-    "orbsoc.commands": "files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight hw_model",
+    "orbsoc.flight": "conic ps hw rtl hw_model _core",
+    "orbsoc.soc": "conic ps missions.registry hw rtl flight hw_model _core",
+    "orbsoc.commands": "files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight soc hw_model",
     "orbsoc.__main__": "files commands",
 }
 """Each package and the packages that it may use, besides itself."""

@@ -55,6 +55,17 @@ WRONG = [
     ("plan rec1.toml --set method.nodes=0", "a whole number from 2 to 128", "default 12"),
     ("plan rec1.toml --set vehicle.preset=leros", "leros_1c", "orekit_apogee", "leros_1c?"),
     ("plan rec1.toml --set launch_site.preset=kouru", "baikonur", "xichang", "kourou?"),
+    *(
+        (
+            f"plan {name}.toml --set body.name=moon",
+            "body.name = 'moon'",
+            "about the Earth alone; must be 'earth'",
+        )
+        for name in ("paper000_1", "paper001_equal", "paper002", "paper004_reach")
+    ),
+    ("plan rec1.toml --set body.name=moon", "launch_site: is the Earth's; leave it out"),
+    ("plan paper003_socp.toml --set body.name=moon", "'drag' is of the Earth's air"),
+    ("plan rec1.toml --set body.name=sun", "'earth', 'moon', 'mars' or 'own'"),
     ("plan rec1.toml --set axes=ecii", "'launch_inertial', 'eci' or 'velocity'"),
     ("plan rec1.toml --set vehicle.mass_kg=nan", "a number above 0 and at most 1e+08"),
     ("plan rec1.toml --set vehicle.mass_kg=heavy", "a number above 0 and at most 1e+08"),

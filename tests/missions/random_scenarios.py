@@ -34,7 +34,7 @@ def _approach(rng: np.random.Generator) -> Settings:
     return {
         "keep_out_m": round(float(rng.uniform(10.0, 120.0)), 1),
         "capture.z_m": round(float(rng.uniform(125.0, 200.0)), 1),
-        "duration_s": round(float(rng.uniform(600.0, 9000.0)), 1),
+        "duration_s": round(float(rng.uniform(600.0, 6000.0)), 1),
         "condition": str(rng.choice(["short", "beyond", "none"])),
         "safety": str(rng.choice(["samples", "cone"])),
         "cost": str(rng.choice(["absolutes", "norms"])),

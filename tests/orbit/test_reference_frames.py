@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 
-from orbsoc.orbit.reference_frames import FRAMES, FrameName, frame_rotation
+from orbsoc.orbit.reference_frames import FRAMES, FrameName, below_deg, frame_rotation
 
 AT = datetime(2004, 4, 6, 7, 51, 28, 386009, tzinfo=UTC)
 TEME_KM = np.array([5094.18016210, 6127.64465950, 6380.34453270])
@@ -53,3 +53,25 @@ def test_the_equator_of_date_moves_and_the_fixed_frames_do_not() -> None:
     moved = frame_rotation("TEME", AT, "TEME", later)
     assert 1e-3 < np.abs(moved - np.eye(3)).max() < 1e-2
     assert np.array_equal(frame_rotation("EME2000", AT, "EME2000", later), np.eye(3))
+
+
+@pytest.mark.parametrize("frame", ["EME2000", "GCRF", "TEME"])
+def test_points_below_agree_with_the_terrestrial_rotation_of_the_conventions(frame: FrameName) -> None:
+    """Against ERFA's matrix from the celestial to the terrestrial frame, by the Earth rotation angle: no sidereal time, no TEME."""
+    import erfa
+
+    utc, after_s = datetime(2024, 5, 17, 3, 20, tzinfo=UTC), np.array([0.0, 4321.0, 86000.0])
+    places = np.array([[7e6, 1e5, -3e6], [-2e6, 6.5e6, 1e6], [1e6, -4e6, 5.5e6]])
+    latitude, longitude = below_deg(frame, utc, after_s, places)
+    for k, seconds in enumerate(after_s):
+        at = utc + timedelta(seconds=float(seconds))
+        day, part = erfa.dtf2d("UTC", at.year, at.month, at.day, at.hour, at.minute, at.second)
+        tt = erfa.taitt(*erfa.utctai(day, part))
+        inertial = frame_rotation(frame, utc, "GCRF") @ places[k]
+        fixed = erfa.c2t06a(*tt, day, part, 0.0, 0.0) @ inertial
+        lon, lat = (
+            np.rad2deg(np.arctan2(fixed[1], fixed[0])),
+            np.rad2deg(np.arcsin(fixed[2] / np.linalg.norm(fixed))),
+        )
+        assert latitude[k] == pytest.approx(lat, abs=2e-4)
+        assert longitude[k] == pytest.approx(lon, abs=2e-4)

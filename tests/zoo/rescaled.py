@@ -14,7 +14,6 @@ DECADES = 4.0
 
 CLARABEL_FAILS = {
     "lp_fixed_by_equality_scaled": "stationarity of 1e-7 costs its objective 2e-6: the residual is relative to ‖x‖",
-    "known_qp_farkas_scaled": "stops at a certificate of radius 1.9e4, 2.7 times the scale of the data",
     "lie_far_feasible_set_scaled": "stops after one iteration with Gx + s − h = 2e-5: relative to ‖x‖ of 1e5",
 }
 """Twins on which Clarabel 0.11.1 at 1e-8 misses the known answer, and how; the known answer alone is the reference."""

@@ -49,6 +49,9 @@ def c(
         ),
     ] = "lanes=4,dividers=1,banks=16",
     microcode: Annotated[str, typer.Option(help="flat or compressed")] = "flat",
+    instructions: Annotated[
+        bool, typer.Option("--instructions", help="count each stage's instructions under QEMU for BOUNDS.md")
+    ] = False,
 ) -> None:
     """Write C99 for one pattern: tables, library, self-test, bounds; with a partition the PL's program and driver."""
     from orbsoc.flight import FlightError, export_c
@@ -58,8 +61,9 @@ def c(
         try:
             check_place(out)
             problem = _subproblem(source) if source.suffix == ".toml" else _stated(source)
-            on_pl = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
-            written = export_c(problem, out, fp=fp, **on_pl)
+            options = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
+            options |= {"instructions": instructions}
+            written = export_c(problem, out, fp=fp, **options)
         except FlightError as error:
             exit_with(BAD_INPUT, str(error), False)
     typer.echo(f"{len(written)} files written to {out}; README.md has the line that builds the self-test")

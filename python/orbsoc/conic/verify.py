@@ -85,6 +85,8 @@ class Residuals:
     """ρ: no feasible point of the infeasible side has an ∞-norm below it"""
     scale: float
     """max(1, ‖b‖, ‖h‖) for primal, max(1, ‖c‖) for dual infeasibility"""
+    own_radius: float = float("nan")
+    """The radius in the certificate's own scale, the same in all units of rows, variables and cost; 50 are as good as 50 scales"""
 
     def worst_line(self) -> tuple[str, float]:
         """The name and value of the largest of the six residual ratios."""
@@ -96,7 +98,7 @@ class Residuals:
         if status in (Status.SOLVED, Status.SOLVED_INACCURATE):
             return self.worst_line()[1] <= tol
         if status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE):
-            return self.radius >= RADIUS_FACTOR * self.scale
+            return self.radius >= RADIUS_FACTOR * self.scale or self.own_radius >= RADIUS_FACTOR
         return True
 
     def certificate(self) -> Certificate:
@@ -137,12 +139,14 @@ def check_certificate(problem: Problem, solution: HasStatus) -> Residuals:
     """
     at = _point(problem, solution, slack=solution.s)
     x, y, z, s = at.x, at.y, at.z, at.s
-    radius = scale = float("nan")
+    radius = scale = own_radius = float("nan")
     if solution.status is Status.PRIMAL_INFEASIBLE:
         radius = primal_infeasibility_radius(problem, y, z)
+        own_radius = _own_primal_radius(problem, y, z)
         scale = max(1.0, _norm(problem.b), _norm(_constraining(problem)[0]))
     elif solution.status is Status.DUAL_INFEASIBLE:
         radius = dual_infeasibility_radius(problem, x)
+        own_radius = _own_dual_radius(problem, x)
         scale = max(1.0, _norm(problem.c))
     with np.errstate(all="ignore"):
         finite_h, constrains = _constraining(problem)
@@ -159,6 +163,7 @@ def check_certificate(problem: Problem, solution: HasStatus) -> Residuals:
             gap=_gap(*objectives(problem, at)),
             radius=radius,
             scale=scale,
+            own_radius=own_radius,
         )
 
 
@@ -186,6 +191,44 @@ def dual_infeasibility_radius(problem: Problem, x: Array) -> float:
         direction = np.where(constrains, -(problem.G @ x), 0.0)
         obstacles = np.concatenate([problem.P @ x, problem.A @ x, _outside(direction, problem.cones)])
         return _radius(-float(problem.c @ x), obstacles)
+
+
+def _own_primal_radius(problem: Problem, y: Array, z: Array) -> float:
+    """The same with x_j counted in (|b|ᵀ|y| + |h|ᵀ|z|) / (|A|ᵀ|y| + |G|ᵀ|z|)_j: as large as the right-hand side's terms."""
+    with np.errstate(all="ignore"):
+        z = project_dual(problem, z)
+        finite_h, _ = _constraining(problem)
+        gain = -(problem.b @ y + finite_h @ z)
+        terms = np.abs(problem.b) @ np.abs(y) + np.abs(finite_h) @ np.abs(z)
+        sizes = _sizes(problem.A.T, y) + _sizes(problem.G.T, z)
+        return _radius(gain / terms, _shares(problem.A.T @ y + problem.G.T @ z, sizes))
+
+
+def _own_dual_radius(problem: Problem, x: Array) -> float:
+    """The same of the dual: rows count in |c|ᵀ|x| over the sum of their own terms, a cone's in that of all of its rows."""
+    with np.errstate(all="ignore"):
+        _, constrains = _constraining(problem)
+        direction = np.where(constrains, -(problem.G @ x), 0.0)
+        rows = np.where(constrains, _sizes(problem.G, x), 0.0)
+        for cone in problem.cones.second_order():
+            rows[cone] = rows[cone].sum()
+        obstacles = np.concatenate([problem.P @ x, problem.A @ x, _outside(direction, problem.cones)])
+        sizes = np.concatenate([_sizes(problem.P, x), _sizes(problem.A, x), rows])
+        terms = np.abs(problem.c) @ np.abs(x)
+        return _radius(-(problem.c @ x) / terms, _shares(obstacles, sizes))
+
+
+def _sizes(matrix: csc.Matrix, v: Array) -> Array:
+    """|M| |v|."""
+    values, rows, columns = csc.entries(matrix)
+    out = np.zeros(matrix.shape[0])
+    np.add.at(out, rows, np.abs(values * v[columns]))
+    return out
+
+
+def _shares(errors: Array, sizes: Array) -> Array:
+    """Errors over the magnitudes of the terms that they are left of."""
+    return np.divide(errors, sizes, out=np.zeros_like(errors), where=sizes > 0.0)
 
 
 def objectives(problem: Problem, solution: HasPoint) -> tuple[float, float]:
@@ -256,7 +299,7 @@ def _gap(primal: float, dual: float) -> float:
         return _or_inf(np.float64(abs(primal - dual)) / (1.0 + float(np.minimum(abs(primal), abs(dual)))))
 
 
-def _radius(gain: float, obstacles: Array) -> float:
+def _radius(gain: float | np.float64, obstacles: Array) -> float:
     total = float(np.sum(np.abs(obstacles)))
     if not (gain > 0.0 and np.isfinite(gain) and np.isfinite(total)):
         return 0.0

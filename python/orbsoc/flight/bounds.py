@@ -8,6 +8,7 @@ from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 
+from .instructions import COMPILER, MARGIN, OPTIONS, SETS, list_instructions, solve_instructions
 from .tables import Tables
 
 STACK_BYTES = 2048
@@ -17,6 +18,7 @@ TEXT_BYTES = 64_000
 WARM_ATTEMPTS, COLD_ATTEMPTS = 5, 4
 """Most attempts of a solve under the restart policy, with and without a warm start."""
 
+_TOTALS = ("| list | operations without refinement | with all refinement allowed |", "|---|---|---|")
 Step = tuple[str, ...]
 
 
@@ -52,8 +54,14 @@ def worst_operations(of: Mapping[str, int], settings: Settings, attempts: int, *
     return start + (attempts - 1) * cold + attempts * (each + closing)
 
 
-def bounds_page(problem: Problem, settings: Settings, tables: Tables, fp: int) -> str:
-    """The page."""
+def bounds_page(
+    problem: Problem,
+    settings: Settings,
+    tables: Tables,
+    fp: int,
+    instructions: Mapping[str, int] | None = None,
+) -> str:
+    """The page; `instructions` are `instructions.bounds_of` the pattern, where they were counted."""
     sizes = tables.sizes
     ram = sizes["work_words"] * fp // 8 + sizes["number_words"] * 8
     of = stage_operations(problem, settings)
@@ -62,11 +70,30 @@ def bounds_page(problem: Problem, settings: Settings, tables: Tables, fp: int) -
     lists = {
         "cold start-up": _core.startup(), "warm start-up": _core.warm_startup(), "iteration": _core.iteration(),
     }  # fmt: skip
+    most = settings.refinement_max
     rows = [f"| {name} | {count} |" for name, count in of.items()]
     totals = [
-        f"| {name} | {list_operations(steps, of, 0)} | {list_operations(steps, of, settings.refinement_max)} |"
+        f"| {name} | {list_operations(steps, of, 0)} | {list_operations(steps, of, most)} |"
         for name, steps in lists.items()
     ]
+    head, line, total_head, total_line, worst = "| stage | operations |", "|---|---|", *_TOTALS, ""
+    if instructions is not None:
+        head, line = "| stage | operations | instructions |", "|---|---|---|"
+        rows = [f"{row} {instructions[name]} |" for row, name in zip(rows, of, strict=True)]
+        total_head, total_line = f"{total_head} instructions | with all refinement |", f"{total_line}---|---|"
+        totals = [
+            f"{row} {list_instructions(steps, instructions, 0)} | {list_instructions(steps, instructions, most)} |"
+            for row, steps in zip(totals, lists.values(), strict=True)
+        ]
+        around = ", ".join(
+            f"{name} {instructions[name]}" for name in ("begin", "load_point", "conclude", "restart")
+        )
+        worst = (
+            f"In instructions: {solve_instructions(instructions, settings, cold, warm=False)} from cold,"
+            f" {solve_instructions(instructions, settings, warm, warm=True)} from a given point, with what stands around"
+            f" the lists ({around}). Counted under QEMU, {COMPILER} {' '.join(OPTIONS)}, on {SETS} data sets of the"
+            f" pattern; {MARGIN:.1%} and one are added to the most that was seen.\n"
+        )
     return "\n".join(
         [
             "# Bounds\n",
@@ -82,17 +109,17 @@ def bounds_page(problem: Problem, settings: Settings, tables: Tables, fp: int) -
             f" solve, {cold} attempts from cold and {warm} from a given point (max_restarts = {restarts}).\n",
             "Operations of one run of each stage (add, subtract, multiply, divide, root, compare, select; one multiply-add"
             " is two). A solve that decides on no residual skips it, and so stays below.\n",
-            "| stage | operations |",
-            "|---|---|",
+            head,
+            line,
             *rows,
             "",
-            "| list | without refinement | with all refinement allowed |",
-            "|---|---|---|",
+            total_head,
+            total_line,
             *totals,
             "",
             f"Worst case of a whole solve: {worst_operations(of, settings, cold, warm=False)} operations from cold,"
             f" {worst_operations(of, settings, warm, warm=True)} from a given point. The certificate on the original data"
-            f" comes on top, once an attempt: its sums have fewer terms than three statistics stages.",
-            "",
+            f" comes on top, once an attempt: its sums have fewer terms than three statistics stages.\n",
+            worst,
         ]
     )

@@ -14,6 +14,7 @@ from orbsoc.conic.settings import Settings
 
 from .bounds import bounds_page
 from .c_source import pattern_header, pattern_source
+from .instructions import SETS, bounds_of, counted, varied
 from .partitioned import FlightError, partition_texts
 from .selftest import Recorded, record, selftest_source
 from .tables import Tables, tables_of
@@ -35,15 +36,17 @@ def export_c(
     partition: Partition | str | None = None,
     engine: Engine | None = None,
     form: Format = "flat",
+    instructions: bool = False,
 ) -> tuple[Path, ...]:
     """Write the program for a problem's pattern into `folder`, which must not exist; the files written.
 
     `fp` is the arithmetic of the iteration, 64 or 32; without `settings` they are the defaults of that precision. The
     self-test holds this problem's own data and the bits of `Engine::exact`'s solutions, cold and warm. With a `partition`
     (one of hw_model's, or its name) the folder has the program of its modules for an `engine` on the PL, whose
-    precision is `fp`, in microcode of a `form`, and the driver that launches them.
+    precision is `fp`, in microcode of a `form`, and the driver that launches them. With `instructions` BOUNDS.md has the
+    instructions of each stage as well, counted under QEMU on data near the problem's, which takes seconds.
     Raises FlightError on a folder that exists, a precision that is none, a pattern beyond 32-bit indices, a partition
-    that has no program in C, or an engine that cannot hold the pattern.
+    that has no program in C, an engine that cannot hold the pattern, or tools for counting that are missing.
     """
     place = Path(folder)
     check_place(place)
@@ -58,7 +61,15 @@ def export_c(
         raise FlightError(f"the pattern cannot be exported: {error}") from error
     beside = _on_pl(problem, used, fp, partition, engine, form)
     texts = _texts(problem, used, fp, tables, record(problem, used, fp), with_pl=bool(beside))
+    texts["BOUNDS.md"] = bounds_page(
+        problem, used, tables, fp, _counted(problem, used, fp) if instructions else None
+    )
     return _write(place, texts | beside)
+
+
+def _counted(problem: Problem, settings: Settings, fp: int) -> dict[str, int]:
+    with tempfile.TemporaryDirectory() as folder:
+        return bounds_of(counted(Path(folder), varied(problem, SETS), settings, fp, "stages"))
 
 
 def _on_pl(
@@ -118,7 +129,6 @@ def _texts(
         "selftest.c": selftest_source(problem, recorded),
         "CMakeLists.txt": _cmake(tables, fp),
         "README.md": _readme(tables, fp, with_pl=with_pl),
-        "BOUNDS.md": bounds_page(problem, settings, tables, fp),
     }
     return own | {f"flight/{name}": text for name, text in _core.flight_sources().items()}
 

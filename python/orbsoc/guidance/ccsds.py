@@ -35,6 +35,7 @@ class Subject:
     epoch: datetime = DEFAULT_EPOCH
     frame: str = FRAME
     """A name that is registered, or `FRAME`."""
+    center: str = "EARTH"
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +113,7 @@ def _header(version: str, subject: Subject) -> list[str]:
     named, comments = subject.frame != FRAME, list[str]()
     if not named:
         comments = [
-            f"{FRAME}: the Earth-centred inertial axes of the scenario, z along the pole, x towards",
+            f"{FRAME}: the inertial axes of the scenario, centred on the body, z along the pole, x towards",
             f"{subject.x_axis}. It is not EME2000 nor any registered frame:",
             "the scenario does not say where that x axis points among the stars.",
         ]
@@ -127,7 +128,7 @@ def _object(subject: Subject) -> list[str]:
     return [
         f"OBJECT_NAME = {subject.name}",
         "OBJECT_ID = UNKNOWN",
-        "CENTER_NAME = EARTH",
+        f"CENTER_NAME = {subject.center}",
         f"REF_FRAME = {subject.frame}",
         "TIME_SYSTEM = UTC",
     ]

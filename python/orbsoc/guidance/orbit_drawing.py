@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit import EARTH, Elements, state_from_elements
+from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
 from orbsoc.orbit.elements import at_true_anomaly
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ def draw_orbit(orbit: Elements, axes: Array, reach_km: float) -> tuple[Array, Ar
     return flat[:, 0], flat[:, 1]
 
 
-def draw_earth(panel: Axes) -> None:
+def draw_earth(panel: Axes, about: ConstantsSet = EARTH) -> None:
     from matplotlib.patches import Circle
 
     panel.add_patch(
-        Circle((0.0, 0.0), EARTH.earth_radius_m / 1e3, facecolor="#e8eef4", edgecolor="#9fb3c8", zorder=0)
+        Circle((0.0, 0.0), about.earth_radius_m / 1e3, facecolor="#e8eef4", edgecolor="#9fb3c8", zorder=0)
     )

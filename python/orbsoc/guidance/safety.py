@@ -8,7 +8,7 @@ over phases alone. Over phases and fractions of an impulse it is searched, and b
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import inf, pi
 from typing import Any
@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
+from .claims import Claim, Kind
 from .impulses import ImpulseProgramme
 from .safety_bound import STILL_M, DriftFamily, Least, least_bound, unsafe_shares
 
@@ -133,6 +134,22 @@ class CutBurn:
     def to_dict(self) -> dict[str, Any]:
         """A row of `audits` in plan.json."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "by_fraction_m"}
+
+
+def nearest_claim(cuts: Sequence[CutBurn], how_long: str) -> Claim:
+    """What is known of the drifts after burns, whole or cut, for a time in words."""
+    found = [each for cut in cuts for each in (cut.at_least_m, cut.completed_at_least_m) if each is not None]
+    class_ = f"drifts after any burn, cut anywhere or whole, {how_long}, by the linear model"
+    if len(found) < 2 * len(cuts):
+        words = f"nearest of those looked at: {min(cut.distance_m for cut in cuts):.3f} m"
+        return Claim(
+            Kind.SAMPLED, words, class_, f"{FRACTIONS} fractions, refined, at {PHASES} times of an orbit"
+        )
+    words = f"none comes nearer than {min(found):.3f} m"
+    checked = (
+        f"branch and bound over fraction and phase; below {1e3 * STILL_M:g} mm a revolution counts as closed"
+    )
+    return Claim(Kind.BOUND, words, class_, checked)
 
 
 def states_after(

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from math import inf, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array, Flags
 
 STILL_M = 1e-3
 """By which a closed ellipse may move in a revolution: the tolerance of the solver that closed it, not a drift."""
@@ -36,7 +35,7 @@ class Bounds:
     bound_m: Array
     middle_m: Array
     revolution: Array
-    across_fraction: NDArray[np.bool_]
+    across_fraction: Flags
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +205,7 @@ def unsafe_shares(family: DriftFamily, keep_out_m: float) -> tuple[float, float]
     return float((unsafe | open_).mean()), float(unsafe.mean())
 
 
-def _halved(boxes: Array, across_fraction: NDArray[np.bool_]) -> Array:
+def _halved(boxes: Array, across_fraction: Flags) -> Array:
     """Each box in two, across the fraction or the phase."""
     narrow = np.where(across_fraction[:, None], [0.5, 1.0], [1.0, 0.5])
     shift = np.where(across_fraction[:, None], [0.5, 0.0], [0.0, 0.5]) * boxes[:, 2:]

@@ -7,14 +7,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, Self, TypeVar, cast, get_args
+from typing import Any, ClassVar, Self, TypeVar, cast, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from orbsoc.files.nearest import nearest
+from orbsoc.orbit import ConstantsSet
 
 from .allowed_values import allowed_words, key_schema, unit_of
+from .body import CentralBody
 
 
 class Table(BaseModel):
@@ -28,6 +30,25 @@ class BaseScenario(Table):
 
     mission: str
     name: str = Field(min_length=1)
+    body: CentralBody = CentralBody()
+
+    ABOUT_THE_EARTH: ClassVar[str] = "its mission plans about the Earth alone"
+    """Why a mission takes no other body; empty where it does."""
+
+    @property
+    def constants(self) -> ConstantsSet:
+        """Of the body that the orbits are about."""
+        return self.body.constants
+
+    @model_validator(mode="after")
+    def _body(self) -> Self:
+        if self.ABOUT_THE_EARTH and self.body.name != "earth":
+            refuse([Complaint("body.name", repr(self.body.name), f"{self.ABOUT_THE_EARTH}; must be 'earth'")])
+        for key in type(self).model_fields:
+            table = getattr(self, key)
+            if isinstance(table, BaseModel) and "_about" in table.__private_attributes__:
+                table._about = self.constants  # type: ignore[attr-defined]
+        return self
 
     @property
     def variant(self) -> str:

@@ -26,6 +26,21 @@ class Solve(Protocol):
     def __call__(self, problem: Problem, settings: Settings | None = None, /) -> Solution: ...
 
 
+def uninterrupted(solve: Solve | None = None) -> Solve:
+    """A solver, `orbsoc.solve` by default, that raises KeyboardInterrupt where a solve was interrupted."""
+    from orbsoc.solving.solver import solve as solve_in_rust
+
+    used = solve or solve_in_rust
+
+    def solved(problem: Problem, settings: Settings | None = None, /) -> Solution:
+        solution = used(problem, settings)
+        if solution.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        return solution
+
+    return solved
+
+
 class ExitReason(enum.Enum):
     """Why the loop ended; the value is the phrase for a person."""
 

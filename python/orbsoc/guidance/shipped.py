@@ -11,7 +11,18 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-FOLDER = Path(__file__).parents[1] / "scenarios"
+HERE = Path(__file__).parents[1] / "scenarios"
+
+
+def scenario_folder(here: Path = HERE) -> Path:
+    """Where the files are; `here` is a folder, a link to one, or, checked out without links, a file that names one.
+
+    Raises FileNotFoundError where they were left out.
+    """
+    named = here.parent / here.read_text(encoding="utf-8").strip() if here.is_file() else here
+    if named.is_dir():
+        return named.resolve()
+    raise FileNotFoundError(f"{here}: the shipped scenarios are not there; must be a folder, or name one")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +42,7 @@ class ShippedScenario:
 @cache
 def shipped_scenarios() -> Mapping[str, ShippedScenario]:
     """All of them, by name."""
-    return {path.stem: _read(path) for path in sorted(FOLDER.glob("*.toml"))}
+    return {path.stem: _read(path) for path in sorted(scenario_folder().glob("*.toml"))}
 
 
 def _read(path: Path) -> ShippedScenario:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from orbsoc.orbit import EARTH, LaunchFrame, Thruster
+from orbsoc.orbit import EARTH, ConstantsSet, LaunchFrame, Thruster
 from orbsoc.orbit.array import Array
 
 from .presets import site_with_preset, vehicle_with_preset
@@ -118,14 +118,14 @@ class State(Table):
         return np.array([*self.position_m, *self.velocity_m_s])
 
 
-def state_complaints(key: str, state: State) -> Iterator[Complaint]:
-    """What no state of a vehicle above the Earth can be; `key` is the table's."""
+def state_complaints(key: str, state: State, about: ConstantsSet = EARTH) -> Iterator[Complaint]:
+    """What no state of a vehicle above the ground can be; `key` is the table's."""
     x = state.vector()
     radius, speed = float(np.linalg.norm(x[:3])), float(np.linalg.norm(x[3:]))
     position, velocity = str(list(state.position_m)), str(list(state.velocity_m_s))
-    if radius < EARTH.earth_radius_m:
-        least = f"must be at least {EARTH.earth_radius_m:.0f} m (metres from the centre, not km, not height)"
-        allowed = f"lies {radius:.6g} m from the Earth's centre, below the ground; {least}"
+    if radius < about.earth_radius_m:
+        least = f"must be at least {about.earth_radius_m:.0f} m (metres from the centre, not km, not height)"
+        allowed = f"lies {radius:.6g} m from the centre, below the ground; {least}"
         yield Complaint(f"{key}.position_m", position, allowed)
     low, high = SPEED_RANGE_M_S
     if not low <= speed <= high:

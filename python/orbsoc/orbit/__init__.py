@@ -1,7 +1,7 @@
 """Orbital mathematics shared by the missions. SI units; angles in radians."""
 
 from .attitude import pitch_yaw, thrust_direction
-from .constants import EARTH, ConstantsSet
+from .constants import EARTH, MARS, MOON, ConstantsSet
 from .elements import Elements, at_true_anomaly, elements_from_state, state_from_elements
 from .frames import LaunchFrame, eci_from_launch_inertial, rotate_state
 from .propagate import PropagationError, Thruster, propagate_burn
@@ -16,6 +16,8 @@ from .vectors import (
 
 __all__ = [
     "EARTH",
+    "MARS",
+    "MOON",
     "CanonicalUnits",
     "ConstantsSet",
     "Elements",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ _CIRCULAR = 1e-11
 
 @dataclass(frozen=True, slots=True)
 class Elements:
-    """Osculating elements: semi-major axis (m), eccentricity, and four angles (rad, in [0, 2π) or [0, π]).
+    """Osculating elements: semi-major axis (m), eccentricity, and four angles (rad, in [0, 2π) or [0, π]), about a body.
 
     `sma_m` is negative on a hyperbola. Where an angle is undefined it is 0 and the next one takes over its
     meaning, so that `state_from_elements` always returns the original state: on an equatorial orbit raan is 0
@@ -31,6 +31,7 @@ class Elements:
     raan_rad: float
     argp_rad: float
     true_anomaly_rad: float
+    constants: ConstantsSet = field(default=EARTH, kw_only=True)
 
     @property
     def semilatus_rectum_m(self) -> float:
@@ -45,17 +46,17 @@ class Elements:
         """Infinite on a parabola or hyperbola."""
         return self.sma_m * (1.0 + self.ecc) if self.ecc < 1.0 else float("inf")
 
-    def period_s(self, constants: ConstantsSet = EARTH) -> float:
+    def period_s(self) -> float:
         """Of an ellipse."""
-        return float(2.0 * np.pi * np.sqrt(self.sma_m**3 / constants.mu_m3_s2))
+        return float(2.0 * np.pi * np.sqrt(self.sma_m**3 / self.constants.mu_m3_s2))
 
-    def perigee_height_m(self, constants: ConstantsSet = EARTH) -> float:
+    def perigee_height_m(self) -> float:
         """Height of the perigee over the equatorial radius."""
-        return self.perigee_radius_m - constants.earth_radius_m
+        return self.perigee_radius_m - self.constants.earth_radius_m
 
-    def apogee_height_m(self, constants: ConstantsSet = EARTH) -> float:
+    def apogee_height_m(self) -> float:
         """Height of the apogee over the equatorial radius."""
-        return self.apogee_radius_m - constants.earth_radius_m
+        return self.apogee_radius_m - self.constants.earth_radius_m
 
 
 def elements_from_state(
@@ -97,10 +98,11 @@ def elements_from_state(
         raan_rad=raan,
         argp_rad=argp,
         true_anomaly_rad=_wrap(latitude_argument - argp),
+        constants=constants,
     )
 
 
-def state_from_elements(elements: Elements, constants: ConstantsSet = EARTH) -> tuple[Array, Array]:
+def state_from_elements(elements: Elements) -> tuple[Array, Array]:
     """Position (m) and velocity (m/s), shapes (3,), in the frame of the elements.
 
     Raises ValueError when a(1 − e²) ≤ 0 or when the true anomaly lies beyond the asymptote.
@@ -114,7 +116,7 @@ def state_from_elements(elements: Elements, constants: ConstantsSet = EARTH) -> 
             f"true anomaly {elements.true_anomaly_rad!r} rad is beyond the asymptote: 1 + e cos ν must be > 0"
         )
     radius = p / (1.0 + elements.ecc * cos_nu)
-    speed = np.sqrt(constants.mu_m3_s2 / p)
+    speed = np.sqrt(elements.constants.mu_m3_s2 / p)
     basis = _perifocal_basis(elements)
     return (
         radius * (basis @ np.array([cos_nu, sin_nu])),

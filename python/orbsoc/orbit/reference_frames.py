@@ -58,3 +58,17 @@ def _julian(utc: datetime) -> tuple[float, float]:
     seconds = at.second + 1e-6 * at.microsecond
     day, part = erfa.dtf2d("UTC", at.year, at.month, at.day, at.hour, at.minute, seconds)
     return float(day), float(part)
+
+
+def below_deg(frame: FrameName, utc: datetime, after_s: Array, positions_m: Array) -> tuple[Array, Array]:
+    """Geocentric latitude and longitude (K,), degrees, of the points on the Earth below positions (K, 3) in a frame.
+
+    `after_s` (K,) count from `utc`. UT1 is taken for UTC, which shifts the longitude by less than 0.004°.
+    """
+    import erfa
+
+    teme = np.asarray(positions_m) @ frame_rotation(frame, utc, "TEME").T
+    day, part = _julian(utc)
+    turned = np.arctan2(teme[:, 1], teme[:, 0]) - erfa.gmst82(day, part + np.asarray(after_s) / 86400.0)
+    latitude = np.arctan2(teme[:, 2], np.hypot(teme[:, 0], teme[:, 1]))
+    return np.rad2deg(latitude), (np.rad2deg(turned) + 180.0) % 360.0 - 180.0

@@ -99,7 +99,7 @@ def _digest(files: list[Path]) -> str:
 def _compile(folder: Path, sources: list[Path], script: Path, fp: int, image: Path, *, on_pl: bool) -> None:
     binary = folder / "image.bin"
     elf = folder / "image.elf"
-    defines = [f"-DORBSOC_FP={fp}"]
+    defines = [f"-DORBSOC_FP={fp}", "-DORBSOC_SHORT_SELFTEST"]
     if on_pl:
         defines += [f"-DORBSOC_PL_REGISTERS=0x{REGISTERS:x}u", f"-DORBSOC_PL_MEMORIES=0x{MEMORIES:x}u"]
     wraps = ",".join(f"--wrap={name}" for name in WRAPPED if on_pl or name != "orbsoc_attach")

@@ -1,7 +1,7 @@
 //! Solves whose stages an emulator can tell apart: before and after each stage, a seek to a place that names it.
 //!
 //! Seeks need no `unsafe`, cost some dozens of instructions, and no other part of the program makes any of this kind; what
-//! counts the instructions between them is scripts/count_instructions.c.
+//! counts the instructions between them is python/orbsoc/flight/count_instructions.c.
 
 use crate::failure::Failure;
 use orbsoc::{Engine, Outcome, Problem, Settings, Solution, Stage, CLOSING, ITERATION, STARTUP};

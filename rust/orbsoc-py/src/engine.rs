@@ -69,7 +69,7 @@ impl Engine {
         let (problem, settings) = (problem(problem_)?, settings(settings_)?);
         py.detach(|| {
             let start = Instant::now();
-            let inner = orbsoc::Engine::new(&problem, &settings).map_err(refuse)?;
+            let inner = orbsoc::Engine::shared(&problem, &settings).map_err(refuse)?;
             let setup = start.elapsed();
             Ok(Self(Mutex::new(State { inner, problem, setup })))
         })

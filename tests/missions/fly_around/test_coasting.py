@@ -15,7 +15,7 @@ from orbsoc.missions.fly_around.model.flight import fly
 from orbsoc.missions.fly_around.search.coasting import coasting_bound
 from orbsoc.missions.fly_around.search.fewest import coast_end, even_bound, partition
 from orbsoc.missions.fly_around.search.times import least_error
-from orbsoc.missions.fly_around.search.tube import Tube
+from orbsoc.missions.fly_around.search.tube import Revolution, Tube
 
 from .baseline import scenario
 
@@ -77,9 +77,7 @@ def test_no_flight_after_a_coast_beats_either_bound(seed: int) -> None:
     assert 0.0 < max(simple, finer) <= level
     for share in (0.02, 0.5, 0.98):
         times = np.append(0.0, partition(flight, end_s, np.ones(pulses), share * left)[:-1])
-        best = least_error(
-            flight, start, times, end_s, solve=orbsoc.solve, note=lambda _: None, coast=True
-        )  # fmt: skip
+        best = least_error(Revolution(flight, start, end_s, orbsoc.solve, coast=True), times)
         assert isinstance(best, Tube)
         assert not best.programme.dv_m_s[0].any()
         strays = fly(flight, start, best.programme, end_s, 2000).largest_error_m

@@ -21,7 +21,7 @@ from orbsoc.missions.fly_around.search.fewest import (
     largest,
     partition,
 )
-from orbsoc.missions.fly_around.search.tube import Tube, solve_tube
+from orbsoc.missions.fly_around.search.tube import Revolution, Tube, solve_tube
 
 from .baseline import planned, scenario
 
@@ -83,7 +83,7 @@ def test_no_flight_beats_the_bound_of_any_partition(seed: int, pulses: int) -> N
     times = np.concatenate([[0.0], np.sort(rng.uniform(20.0, 1780.0, pulses - 1))])
     if np.diff(times, append=1800.0).min() < 5.0:
         return
-    tube = solve_tube(FLIGHT, START, times, 1800.0, "error", solve=orbsoc.solve, note=lambda _: None)
+    tube = solve_tube(Revolution(FLIGHT, START, 1800.0, orbsoc.solve), times, "error")
     assert isinstance(tube, Tube)
     shares = first_shares(pulses) * rng.uniform(0.7, 1.3, pulses)
     ends = partition(FLIGHT, 1800.0, shares)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,20 @@ from orbsoc.missions.fly_around import PlanStatus, plan
 from orbsoc.missions.fly_around.model.flight import fly
 from orbsoc.missions.fly_around.search.pulses import Search, Searcher, search
 from orbsoc.missions.fly_around.search.times import least_error
-from orbsoc.missions.fly_around.search.tube import NoTube, Tube, cheapest, solve_tube, tube_impulses
+from orbsoc.missions.fly_around.search.tube import (
+    NoTube,
+    Revolution,
+    Tube,
+    cheapest,
+    solve_tube,
+    tube_impulses,
+)
 
 from .baseline import planned, scenario
 
 PAPER = scenario()
 FLIGHT, START = PAPER.flight, PAPER.start_state
+WHOLE = Revolution(FLIGHT, START, 1800.0, orbsoc.solve)
 TIMES_13 = [
     0, 108.64, 241.13, 386.96, 545.74, 693.43, 826.97, 954.34, 1083.18, 1222.71, 1377.70, 1532.49, 1671.03,
 ]  # fmt: skip
@@ -59,7 +68,7 @@ def test_times_of_least_error(pulses: int, error_m: float) -> None:
     from .test_fewest import bound
 
     times = bound(pulses).times_s[:-1]
-    best = least_error(FLIGHT, START, times, 1800.0, solve=orbsoc.solve, note=lambda _: None)
+    best = least_error(WHOLE, times)
     assert isinstance(best, Tube)
     assert best.error_m == pytest.approx(error_m, abs=5e-4)
     assert bound(pulses).bound_m <= best.error_m
@@ -67,16 +76,7 @@ def test_times_of_least_error(pulses: int, error_m: float) -> None:
 
 def test_the_tube_at_known_times_with_many_samples() -> None:
     """Times found by another optimiser: 1.994 m at 24 samples an arc, 1.995 m between them."""
-    best = solve_tube(
-        FLIGHT,
-        START,
-        np.array(TIMES_13),
-        1800.0,
-        "error",
-        solve=orbsoc.solve,
-        note=lambda _: None,
-        samples=24,
-    )
+    best = solve_tube(replace(WHOLE, samples=24), np.array(TIMES_13), "error")
     assert isinstance(best, Tube)
     assert best.solution.objective == pytest.approx(1.9938, abs=2e-4)
     assert best.error_m == pytest.approx(1.9949, abs=2e-4)
@@ -88,9 +88,7 @@ def test_few_samples_and_margins_between_them_cost_nothing(samples: int) -> None
     assert programme is not None
     assert programme.found is not None
     times = programme.found.programme.times_s
-    best = cheapest(
-        FLIGHT, START, times, 1800.0, 2.0, solve=orbsoc.solve, note=lambda _: None, samples=samples
-    )
+    best = cheapest(replace(WHOLE, samples=samples), times, 2.0)
     assert isinstance(best, Tube)
     assert best.error_m <= 2.0 + 2e-5
     assert best.programme.total_m_s == pytest.approx(3.205, abs=2e-4)
@@ -99,7 +97,7 @@ def test_few_samples_and_margins_between_them_cost_nothing(samples: int) -> None
 def test_the_floor_of_a_grid_of_180_pulses() -> None:
     """One sample an arc, nothing between them: 3.1590 m/s."""
     times = np.linspace(0.0, 1800.0, 181)[:-1]
-    problem = tube_impulses(FLIGHT, START, times, 1800.0, "dv", 2.0, samples=1).builder.build()
+    problem = tube_impulses(replace(WHOLE, samples=1), times, "dv", 2.0).builder.build()
     assert orbsoc.solve(problem).objective == pytest.approx(3.1590, abs=5e-5)
 
 
@@ -111,7 +109,7 @@ def test_re_plans_of_one_pattern_start_warm() -> None:
     times = programme.found.programme.times_s
 
     def problem(start: np.ndarray) -> orbsoc.Problem:
-        return tube_impulses(FLIGHT, start, times, 1800.0, "dv", 2.3).builder.build()
+        return tube_impulses(replace(WHOLE, start=start), times, "dv", 2.3).builder.build()
 
     nominal = problem(START)
     base = orbsoc.solve(nominal)
@@ -129,16 +127,7 @@ def test_re_plans_of_one_pattern_start_warm() -> None:
 
 
 def test_a_tube_without_a_flight_says_which_arcs_are_too_long() -> None:
-    none = solve_tube(
-        FLIGHT,
-        START,
-        np.linspace(0.0, 1800.0, 10)[:-1],
-        1800.0,
-        "dv",
-        2.0,
-        solve=orbsoc.solve,
-        note=lambda _: None,
-    )
+    none = solve_tube(WHOLE, np.linspace(0.0, 1800.0, 10)[:-1], "dv", 2.0)
     assert isinstance(none, NoTube)
     assert none.reason.startswith("the constraints cannot be met together: ")
     assert "tube, arc " in none.reason

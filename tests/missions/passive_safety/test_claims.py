@@ -9,7 +9,7 @@ import pytest
 
 import orbsoc
 from benchmarks.claims_infeasible import Case
-from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.impulses import ImpulseProgramme, Impulses, primer_ceiling
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.safety import audit_cut_burns, drift_clearance, states_after
 from orbsoc.guidance.scenario_file import checked
@@ -146,6 +146,38 @@ def test_no_denser_times_beat_a_generated_rendezvous(seed: int) -> None:
     solution = orbsoc.solve(dense.builder.build())
     assert bound <= solution.objective * (1.0 + 1e-7)
     assert found.cost <= solution.objective * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_later_times_beat_the_bound_of_a_guarded_approach(seed: int) -> None:
+    """The bound of 30 times after the second impulse, against 150 at random; it is within a hundredth of these."""
+    random = np.random.default_rng(seed)
+    scenario = narrow(
+        float(random.uniform(3600.0, 7000.0)), -float(random.uniform(700.0, 1500.0)), float(random.uniform(45.0, 110.0))
+    )  # fmt: skip
+    approach = Approach.of(scenario)
+    second = float(random.uniform(1500.0, 3000.0))
+    window = second, scenario.duration_s
+
+    def solved(inner: np.ndarray) -> tuple[Impulses, orbsoc.Solution]:
+        impulses = assemble(approach, np.unique([0.0, second, *inner]))
+        return impulses, orbsoc.solve(impulses.builder.build(), orbsoc.Settings(tol=1e-9))
+
+    impulses, coarse = solved(np.linspace(*window, 31)[:-1])
+    _, dense = solved(random.uniform(*window, 150))
+    if orbsoc.Status.PRIMAL_INFEASIBLE in (coarse.status, dense.status):
+        return
+    bound = coarse.dual_objective / max(1.0, primer_ceiling(impulses, coarse, window, 2000)[1])
+    assert bound <= dense.objective * (1.0 + 1e-7)
+    assert bound >= dense.objective * (1.0 - 1e-2)
+
+
+def test_a_generated_approach_reaches_the_bound_of_all_later_times() -> None:
+    found = plan(narrow(4000.0, -800.0).with_changes(impulses={"timing": "generated", "count": None}))
+    assert found.timed is not None
+    assert found.timed.later is not None
+    assert found.timed.later <= found.cost <= found.timed.later * 1.0011
+    assert "any times after impulse 2" in str(found.verdict)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -13,6 +13,7 @@ def test_a_plan_has_its_files_and_its_page(tmp_path: Path) -> None:
     assert run.succeeded
     folder = tmp_path / "out"
     for name in (
+        "space.png",
         "approach.png",
         "distance.png",
         "front.png",

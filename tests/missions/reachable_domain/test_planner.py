@@ -57,11 +57,12 @@ def test_the_attitude_programme_flies_to_the_planned_orbit() -> None:
     assert elements_from_state(end[:3], end[3:]).sma_m / 1e3 == pytest.approx(found.point["a_km"], rel=1e-4)
 
 
-def test_the_first_figure_is_the_orbit_with_its_burn(tmp_path: Path) -> None:
-    (figure,) = plan(paper()).figures(tmp_path)
-    assert figure.name == "orbit.png"
-    assert not figure.appendix
-    assert (tmp_path / figure.name).stat().st_size > 10_000
+def test_the_first_figures_are_the_orbit_with_its_burn_in_space_and_flat(tmp_path: Path) -> None:
+    figures = plan(paper()).figures(tmp_path)
+    assert [each.name for each in figures] == ["space.png", "orbit.png"]
+    for figure in figures:
+        assert not figure.appendix
+        assert (tmp_path / figure.name).stat().st_size > 10_000
 
 
 def test_a_point_that_is_not_reached_has_its_evidence_and_no_files(tmp_path: Path) -> None:

@@ -128,7 +128,9 @@ def test_a_bound_that_no_burn_keeps_is_not_found_and_the_row_is_named() -> None:
 def test_the_flight_of_a_plan_that_turns_too_fast_is_refused() -> None:
     found = turning("free", None)
     judged = verify(scenario(FREE, 0.01), found.target, found.iterate)
-    assert judged.failures == ("attitude rate is 0.0428225 °/s, allowed 0.01 °/s",)
+    [failure] = judged.failures
+    assert failure.startswith("attitude rate is 0.04282")
+    assert failure.endswith(" °/s, allowed 0.01 °/s")
 
 
 def test_the_largest_orbit_shrinks_with_the_bound() -> None:
@@ -246,5 +248,6 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_what_is_wrong_with_the_key_is_said(name: str) -> None:
     limits, words = BAD[name]
+    burn = {**FREE["burn"], "ignition": "free"}
     with pytest.raises(ScenarioError, match=words):
-        checked(Scenario, {**FREE, "limits": limits}, source="test")
+        checked(Scenario, {**FREE, "limits": limits, "burn": burn}, source="test")

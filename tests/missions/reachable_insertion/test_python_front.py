@@ -74,7 +74,14 @@ def test_figures_tell_their_axes_and_name_the_paper_only_for_its_own_scenarios(t
     (tmp_path / "b").mkdir()
     of_paper = {each.name: each.caption for each in raised().figures(tmp_path / "a")}
     own = {each.name: each.caption for each in lowered().figures(tmp_path / "b")}
-    assert list(own) == ["orbit.png", "history.png", "velocity.png", "position.png", "attitude.png"]
+    assert list(own) == [
+        "space.png",
+        "orbit.png",
+        "history.png",
+        "velocity.png",
+        "position.png",
+        "attitude.png",
+    ]
     assert "the paper's figure 5a" in of_paper["velocity.png"]
     assert "launch-inertial" in of_paper["velocity.png"]
     assert not any("paper" in caption for caption in own.values())
@@ -82,4 +89,4 @@ def test_figures_tell_their_axes_and_name_the_paper_only_for_its_own_scenarios(t
 
 def test_figures_of_no_burn_are_the_orbit_alone(tmp_path: Path) -> None:
     found = plan(scenario("on its target orbit"))
-    assert [each.name for each in found.figures(tmp_path)] == ["orbit.png"]
+    assert [each.name for each in found.figures(tmp_path)] == ["space.png", "orbit.png"]

@@ -157,7 +157,7 @@ def test_subproblem_without_a_point_is_null_in_json_and_a_dash_in_the_table() ->
 def test_figures_are_written_with_captions(tmp_path: Path) -> None:
     figures = planned("rec1", "max_energy").figures(tmp_path)
     assert {figure.name for figure in figures} == {
-        "orbit.png", "history.png", "velocity.png", "position.png", "attitude.png",
+        "space.png", "orbit.png", "history.png", "velocity.png", "position.png", "attitude.png",
     }  # fmt: skip
     assert {path.name for path in tmp_path.iterdir()} == {figure.name for figure in figures}
     for path in tmp_path.iterdir():

@@ -1,6 +1,6 @@
 """Impulses: a programme of them as data, as unknowns of a conic problem, and by column generation with a bound."""
 
-from .generation import INSTANTS, Generated, Round, generate, primer_ceiling
+from .generation import INSTANTS, Generated, Round, generate, primer_arcs, primer_ceiling
 from .nowhere import Family, Nowhere, nowhere_feasible
 from .programme import CSV_COLUMNS, ImpulseFileError, ImpulseProgramme
 from .unknowns import KICK, Affine, Cost, Impulses, ImpulsesError
@@ -21,5 +21,6 @@ __all__ = [
     "Round",
     "generate",
     "nowhere_feasible",
+    "primer_arcs",
     "primer_ceiling",
 ]

@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
+from orbsoc.orbit.array import Array
+from orbsoc.orbit.relative import ClohessyWiltshire
 
 from ..scp import Iteration, Solve, within_residual
 from .programme import ImpulseProgramme
-from .unknowns import Impulses
-
-Array = NDArray[np.float64]
+from .unknowns import KICK, Impulses
 
 GRID = 240
 """Intervals of the window on which the primer is looked at before its maxima are refined."""
@@ -150,17 +150,74 @@ def _merged(programme: ImpulseProgramme, apart_s: float) -> Array:
 def primer_ceiling(
     impulses: Impulses, solution: Solution, window_s: tuple[float, float], instants: int = INSTANTS
 ) -> tuple[float, float]:
-    """The largest primer at instants of the window, and a ceiling above it between them.
+    """The largest primer at instants of the window, and a ceiling above it between them."""
+    arcs = primer_arcs(impulses, solution, window_s, instants)
+    return float(arcs[:, 2].max()), float(arcs[:, 3].max())
 
-    Between instants h apart the primer is within h²/8 max‖p̈‖ of the chord, and a chord is no longer than its ends. Second
-    differences stand for p̈, doubled: they vary by a small part over h, a ten-thousandth of the window.
+
+def primer_arcs(
+    impulses: Impulses, solution: Solution, window_s: tuple[float, float], instants: int = INSTANTS
+) -> Array:
+    """Between conditions: start, end, the largest primer at instants, and a ceiling above it between them, (arcs, 4).
+
+    Between instants h apart the primer is within h²/8 max‖p̈‖ of the chord, and a chord is no longer than its ends. About a
+    circular target p̈ swings with an amplitude that two instants a quarter of a revolution apart give. About another,
+    second differences stand for it, doubled: they vary by a small part over h, a ten-thousandth of the window.
+    A cone, of a drift that must stay safe for all time, holds all along the drift: its multiplier is spread evenly until the
+    next condition, so that the primer is continuous there. Any spread is feasible in the dual.
     """
-    times = np.linspace(*window_s, instants)
-    primer = impulses.primer(solution, times)
-    largest = float(impulses.primer_size(solution, times).max())
-    inside = ~np.isin(np.arange(instants), [0, instants - 1])  # it may jump at the ends, where conditions are
-    bend = np.linalg.norm(np.diff(primer[inside], 2, axis=0), axis=1)
-    return largest, largest + 2.0 * float(bend.max(initial=0.0)) / 8.0
+    pulls, (low, high) = impulses.pulls(solution), window_s
+    apart = (high - low) / (instants - 1)
+    edges = np.unique([low, high, *(each.at_s for each in pulls if low < each.at_s < high)])
+    at_edges = impulses.primer_size(solution, edges)
+    found = []
+    for k, (a, b) in enumerate(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)):
+        times = np.linspace(a, b, max(9, int(np.ceil((b - a) / apart)) + 1))
+        ahead = np.sum([each.pull for each in pulls if each.at_s >= b], axis=0)
+        here = np.sum([np.zeros(6), *(each.pull for each in pulls if each.cone and each.at_s == a)], axis=0)
+        wanted = ahead + ((b - times) / (b - a))[:, None] * here
+        primer = np.array(
+            [_primer(impulses, t, pull) for t, pull in zip(times.tolist(), wanted, strict=True)]
+        )
+        inside, ends = float(impulses.lengths(primer).max()), float(at_edges[k : k + 2].max())
+        step = float(times[1] - times[0])
+        between = inside + step**2 / 8.0 * _bend(impulses, primer, step, ahead, here, b - a)
+        found.append([a, b, max(inside, ends), max(between, ends)])
+    return np.array(found)
+
+
+def _primer(impulses: Impulses, t_s: float, pull: Array) -> Array:
+    return np.asarray(-KICK.T @ impulses.motion.transition(impulses.start_s, t_s).T @ pull)
+
+
+def _bend(impulses: Impulses, primer: Array, step_s: float, ahead: Array, here: Array, arc_s: float) -> float:
+    """Above the length of p̈ on an arc, on which p = −Kᵀ Φᵀ (ahead + here λ), and λ falls from 1 to 0."""
+    motion, t0 = impulses.motion, impulses.start_s
+    if not isinstance(motion, ClohessyWiltshire):
+        bend = impulses.lengths(np.diff(primer[1:-1], 2, axis=0)) / step_s**2  # it may jump at the ends
+        return 2.0 * float(bend.max(initial=0.0))
+    n, quarter = motion.mean_motion_rad_s, 0.5 * np.pi / motion.mean_motion_rad_s
+    swing = np.zeros(3)
+    for pull in (
+        ahead,
+        here,
+    ):  # p̈ of a fixed pull is −n² times what swings in it: p less its mean over half a revolution
+        found = []
+        for t in (t0, t0 + quarter):
+            at = [_primer(impulses, t + k * quarter, pull) for k in (-2, 0, 2)]
+            found.append(0.5 * at[1] - 0.25 * (at[0] + at[2]))
+        swing += n**2 * np.hypot(*found)
+    rate = np.array(
+        [
+            [1.0, 2.0, 0.0],
+            [2.0, 7.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [n, 2 * n, 0.0],
+            [2 * n, 4 * n, 0.0],
+            [0.0, 0.0, n],
+        ]
+    )
+    return float(impulses.lengths((swing + 2.0 / arc_s * np.abs(here) @ rate)[None])[0])
 
 
 def primer_maxima(

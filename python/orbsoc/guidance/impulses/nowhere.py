@@ -14,16 +14,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.conic.verify import project_dual
+from orbsoc.orbit.array import Array
 
 from ..scp import Solve
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 ROUNDED = 1e-10
@@ -75,7 +73,7 @@ class _Proven(Exception):
 
 def nowhere_feasible(family: Family, solve: Solve, least_s: float = 1e-3) -> Nowhere | None:
     """Prove that no time of the interval has a feasible problem; None where a piece shorter than `least_s` is left, or
-    after `MOST_SOLVES`. Raises KeyboardInterrupt where a solve was interrupted."""
+    after `MOST_SOLVES`."""
     prover = _Prover(family, solve)
     left = [_Piece(*family.interval_s, -family.largest, family.largest.copy())]
     done = 0
@@ -196,8 +194,6 @@ class _Prover:
             Settings(tol=TOLERANCE),
         )
         self.solves += 1
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
         y, z = np.asarray(solution.y), np.asarray(solution.z)
         size = float(abs(y).sum() + abs(z).sum())
         if not np.isfinite(size):

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array, Flags
 
 NOISE = 1e-8
 """Of the total: smaller impulses are the solver's zeros."""
@@ -67,7 +67,7 @@ class ImpulseProgramme:
         return float(self.sizes_m_s.sum())
 
     @property
-    def worth_firing(self) -> NDArray[np.bool_]:
+    def worth_firing(self) -> Flags:
         """Whether an impulse is more than the solver's zero, (N,)."""
         return self.sizes_m_s > NOISE * self.total_m_s
 

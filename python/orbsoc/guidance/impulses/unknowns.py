@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LinearMotion
 
 from .programme import ImpulseProgramme
 
-Array = NDArray[np.float64]
 Cost = Literal["norms", "absolutes", "largest"]
 
 KICK = np.vstack([np.zeros((3, 3)), np.eye(3)])
@@ -51,6 +51,16 @@ class _Condition:
     matrices: Array
     kind: Literal["equality", "nonnegative", "norm", "cone"]
     before: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pull:
+    """A condition's multipliers as a vector (6,) on the state at the start: at a time, before its impulse or after it."""
+
+    at_s: float
+    before: bool
+    cone: bool
+    pull: Array
 
 
 class Impulses:
@@ -230,31 +240,40 @@ class Impulses:
         times save nothing where it is nowhere longer; of absolute components, its largest component is what counts.
         Source: Lawden, Optimal Trajectories for Space Navigation, 1963.
         """
-        events: list[tuple[float, bool, Array]] = []
+        events = self.pulls(solution)
+        at = np.atleast_1d(np.asarray(times_s, dtype=np.float64))
+        found = np.zeros((at.size, 3))
+        for k, t in enumerate(at):
+            ahead = [each.pull for each in events if each.at_s > t or (each.at_s == t and not each.before)]
+            if ahead:
+                found[k] = -KICK.T @ self.motion.transition(self.start_s, float(t)).T @ np.sum(ahead, axis=0)
+        return found
+
+    def pulls(self, solution: HasDuals) -> list[Pull]:
+        """What the multipliers of every condition want of the state, in the order of the conditions."""
+        found: list[Pull] = []
         for condition in self._conditions:
             dual = self.builder.dual(solution, condition.name)
             weights = -dual[:, 1:] if condition.kind == "norm" else dual.reshape(len(condition.times_s), -1)
             weights = -weights if condition.kind == "cone" else weights
             for t, rows, weight in zip(condition.times_s, condition.matrices, weights, strict=True):
                 to_start = self.motion.transition(float(t), self.start_s).T
-                events.append((float(t), condition.before, to_start @ (rows.T @ weight)))
-        at = np.atleast_1d(np.asarray(times_s, dtype=np.float64))
-        found = np.zeros((at.size, 3))
-        for k, t in enumerate(at):
-            ahead = [pull for when, before, pull in events if when > t or (when == t and not before)]
-            if ahead:
-                found[k] = -KICK.T @ self.motion.transition(self.start_s, float(t)).T @ np.sum(ahead, axis=0)
+                pull = to_start @ (rows.T @ weight)
+                found.append(Pull(float(t), condition.before, condition.kind == "cone", pull))
         return found
 
     def primer_size(self, solution: HasDuals, times_s: ArrayLike) -> Array:
         """Of the primer at times, (K,), the norm that is dual to the cost's: 2-norm, or largest component."""
+        return self.lengths(self.primer(solution, times_s))
+
+    def lengths(self, primer: Array) -> Array:
+        """Of primer vectors (K, 3), the norm that is dual to the cost's, (K,)."""
         if self._cost not in ("norms", "absolutes"):
             raise ImpulsesError(
                 "the primer bounds a cost that is the sum of norms or of absolutes; call cost first"
             )
         order = 2 if self._cost == "norms" else np.inf
-        primer = self.primer(solution, times_s)[:, self.axes]
-        return np.asarray(np.linalg.norm(primer, ord=order, axis=1))
+        return np.asarray(np.linalg.norm(primer[:, self.axes], ord=order, axis=1))
 
     def programme(self, solution: HasPoint) -> ImpulseProgramme:
         """The impulses of a solution."""

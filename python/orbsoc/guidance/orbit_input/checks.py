@@ -8,7 +8,6 @@ import numpy as np
 
 from orbsoc.guidance.scenario_file import Complaint
 from orbsoc.guidance.vehicle import State, state_complaints
-from orbsoc.orbit import EARTH
 
 from .elements import ANGLES, ANOMALIES, ELEMENTS, SHAPE, SIZES
 from .table import FORMS, STATE, Orbit
@@ -49,12 +48,12 @@ def vehicle_complaints(key: str, orbit: Orbit) -> Iterator[Complaint]:
     yield from orbit_complaints(key, orbit)
     if orbit.position_m is not None and orbit.velocity_m_s is not None:
         state = State(position_m=orbit.position_m, velocity_m_s=orbit.velocity_m_s)
-        yield from state_complaints(key, state)
+        yield from state_complaints(key, state, orbit._about)
         return
     radius = float(np.linalg.norm(orbit.vector()[:3]))
-    if radius < EARTH.earth_radius_m:
-        allowed = f"lies below the ground; must be at least {EARTH.earth_radius_m / 1e3:.3f}"
-        yield Complaint(key, f"{radius / 1e3:.6g} km from the Earth's centre", allowed)
+    if radius < orbit._about.earth_radius_m:
+        allowed = f"lies below the ground; must be at least {orbit._about.earth_radius_m / 1e3:.3f}"
+        yield Complaint(key, f"{radius / 1e3:.6g} km from the centre", allowed)
 
 
 def frame_complaints(key: str, orbit: Orbit) -> Iterator[Complaint]:

@@ -62,7 +62,7 @@ def elements_of(keys: Keys, constants: ConstantsSet = EARTH) -> Elements:
     """Osculating elements of a table that gives them; angles that are not given are 0, so is the anomaly."""
     sma, ecc = shape(keys, constants)
     inc, raan, argp = (radians(keys.get(key) or 0.0) for key in ANGLES)
-    return Elements(sma, ecc, inc, raan, argp, _true_anomaly_rad(keys, ecc))
+    return Elements(sma, ecc, inc, raan, argp, _true_anomaly_rad(keys, ecc), constants=constants)
 
 
 def _true_anomaly_rad(keys: Keys, ecc: float) -> float:

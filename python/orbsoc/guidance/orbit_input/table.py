@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, PrivateAttr, Strict, model_validator
 
 from orbsoc.guidance.scenario_file import Table, refused
 from orbsoc.guidance.vehicle import Vector
@@ -63,6 +63,9 @@ class Orbit(Table):
     def _read(cls, given: Any) -> Any:
         return as_state(given) if isinstance(given, dict) else given
 
+    _about: ConstantsSet = PrivateAttr(default=EARTH)
+    """The body that is orbited, told by the scenario that has the table."""
+
     @property
     def by_elements(self) -> bool:
         """Whether the table gives elements, which are in ECI."""
@@ -98,15 +101,15 @@ class Orbit(Table):
 
     def elements(self) -> Elements:
         """Osculating elements, of a table that gives them."""
-        return elements_of(dict(self))
+        return elements_of(dict(self), self._about)
 
-    def semi_major_axis_m(self, constants: ConstantsSet = EARTH) -> float | None:
+    def semi_major_axis_m(self) -> float | None:
         """From the key that gives the energy, if one does."""
-        return semi_major_axis_m(dict(self), constants)
+        return semi_major_axis_m(dict(self), self._about)
 
     def shape(self) -> tuple[float, float]:
         """Semi-major axis (m) and eccentricity from the two keys that are given."""
-        return shape(dict(self))
+        return shape(dict(self), self._about)
 
 
 def as_state(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, STYLE, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
 from .paper import is_papers
@@ -22,8 +22,6 @@ from .verification import Checked, inner_radius_m
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 TUBE_AROUND = 24
 PRIMER_POINTS = 721

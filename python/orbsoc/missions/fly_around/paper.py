@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.samples import share_row, statistics_row
 from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
 from .model.flight import Flight, fly
@@ -21,8 +21,6 @@ from .model.waypoints import through_waypoints
 from .planner import FlyAround, made
 from .scenario import Scenario, load_scenario
 from .verification import Checked, fly_truth
-
-Array = NDArray[np.float64]
 
 SECTION = "section 3"
 CLOSE_M = 2e-3

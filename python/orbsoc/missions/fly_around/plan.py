@@ -13,6 +13,7 @@ import numpy as np
 from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
+from orbsoc.guidance.safety import nearest_claim
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
@@ -54,25 +55,12 @@ class Plan(FlyAround):
         found: list[Difference] = []
         if self.verification is not None and other.verification is not None:
             ours, theirs = self.verification, other.verification
-            found = [
-                Difference(
-                    "pulses", "number of pulses", abs(len(ours.programme) - len(theirs.programme)), 0.0
-                ),
-                Difference(
-                    "delta_v_m_s",
-                    "velocity change",
-                    abs(ours.programme.total_m_s - theirs.programme.total_m_s),
-                    1e-4,
-                    "m/s",
-                ),
-                Difference(
-                    "largest_error_m",
-                    "largest error",
-                    abs(ours.flown.largest_error_m - theirs.flown.largest_error_m),
-                    1e-4,
-                    "m",
-                ),
-            ]
+            for name, words, one, another, tolerance, unit in (
+                ("pulses", "number of pulses", len(ours.programme), len(theirs.programme), 0.0, ""),
+                ("delta_v_m_s", "velocity change", ours.programme.total_m_s, theirs.programme.total_m_s, 1e-4, "m/s"),
+                ("largest_error_m", "largest error", ours.flown.largest_error_m, theirs.flown.largest_error_m, 1e-4, "m"),
+            ):  # fmt: skip
+                found.append(Difference(name, words, abs(one - another), tolerance, unit))
         if self.search is not None and other.search is not None and self.search.bounds:
             apart = [
                 abs(arc.bound_m - again.bound_m)
@@ -136,7 +124,8 @@ def _safety(found: Checked) -> VerdictLine:
     out, cut = found.nearest_out, found.nearest_cut
     figure = f"engine out: nearest {out.distance_m:.1f} m in {ORBITS:g} orbits (pulse {out.number})"
     within = f"{cut.distance_m:.1f} m within pulse {cut.number}"
-    return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=within)
+    claim = nearest_claim(found.cut_burns, f"for {ORBITS:g} orbits")
+    return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=within, claim=claim)
 
 
 def _flights(plan: Plan, found: Checked) -> VerdictLine | None:

@@ -6,15 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbsoc.conic.problem import Problem
-from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
-from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.guidance.scp import Iteration, Solve, uninterrupted
 
 from .model.flight import Flown, fly
 from .model.waypoints import adaptive_times, equal_times, through_waypoints
@@ -22,8 +18,6 @@ from .scenario import Scenario
 from .search.pulses import Search, Searcher, search
 from .search.tube import Tube
 from .verification import Checked, TrueFlight, check, fly_truth
-
-Array = NDArray[np.float64]
 
 COLUMNS = {
     "pulses": Column("pulses", ".0f"),
@@ -72,26 +66,16 @@ class Attempt:
 
 def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None) -> FlyAround:
     """Plan the scenario; Ctrl-C is a status."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
     if scenario.impulses in ("equal", "adaptive"):
         return _through_waypoints(scenario)
     subproblems: list[Iteration] = []
-
-    def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
-        solution = solve(problem, settings)
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        return solution
 
     def note(iteration: Iteration) -> None:
         subproblems.append(replace(iteration, number=len(subproblems) + 1))
         if callback is not None:
             callback(subproblems[-1])
 
-    searcher = Searcher(scenario, uninterrupted, note)
+    searcher = Searcher(scenario, uninterrupted(solve), note)
 
     def attempt(room_m: float) -> Attempt:
         searcher.room_m = room_m

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import EARTH
+from orbsoc.orbit.array import Array
 
 from .paper import compare
 from .planner import FlyAround
 from .search.pulses import Search
 from .verification import ORBITS, Checked, TrueFlight, inner_radius_m
-
-Array = NDArray[np.float64]
 
 
 def plan_document(plan: FlyAround) -> dict[str, Any]:

@@ -11,7 +11,6 @@ from os import PathLike
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
 from orbsoc.guidance.orbit_input.beside import (
@@ -26,14 +25,13 @@ from orbsoc.guidance.relative_flight import BALLISTIC_M2_KG
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.guidance.vehicle import Vector
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
 from .model.ellipse import Ellipse, ellipse_axes
 from .model.flight import Flight
 from .model.waypoints import counts_by_rule
-
-Array = NDArray[np.float64]
 
 WAYS = ("fewest", "adaptive", "equal")
 MOST_PULSES = 400

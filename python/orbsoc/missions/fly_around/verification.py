@@ -12,21 +12,19 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.chaser_messages import chaser_messages
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme
 from orbsoc.guidance.relative_flight import fly
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns, drift_least, states_after
 from orbsoc.guidance.uncertainty import Uncertainty
+from orbsoc.orbit.array import Array, Flags, Index
 from orbsoc.orbit.constants import EARTH
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, coast
 from orbsoc.orbit.relative import absolute_state, local_frame, relative_state
 
 from .model.flight import Flight, Flown
 from .scenario import Scenario
-
-Array = NDArray[np.float64]
 
 ROUNDED_M = 1e-3
 """By which the flight of the linear model may exceed the tolerance."""
@@ -49,7 +47,7 @@ class TrueFlight:
     dv_m_s: Array
     end_states: Array
     """Relative states at the end (B, 6)."""
-    arcs: NDArray[np.intp]
+    arcs: Index
     """Of each time, its arc (K,)."""
 
     @property
@@ -204,7 +202,7 @@ def cut_burns(scenario: Scenario, flown: Flown) -> tuple[CutBurn, ...]:
     return tuple(replace(cut, number=k) for k, cut in enumerate(fired, 1))
 
 
-def _counted(programme: ImpulseProgramme) -> NDArray[np.bool_]:
+def _counted(programme: ImpulseProgramme) -> Flags:
     """Which pulses count, (N,): those that are fired; all where none is."""
     worth = programme.worth_firing
     return worth if worth.any() else np.ones_like(worth)

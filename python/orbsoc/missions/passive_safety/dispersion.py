@@ -13,22 +13,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.monte_carlo import Dispersion, Spread
 from orbsoc.guidance.safety import drift_clearance
 from orbsoc.guidance.scp import Solve
+from orbsoc.orbit.array import Array
 
 from .model.approach import Approach
 from .model.margins import Margins
 from .model.problem import GIVEN_UP, assemble
 from .scenario import Scenario
 from .search.timing import usable
-
-Array = NDArray[np.float64]
 
 GIVEN_UP_M = 0.01
 """Depth from which on a re-plan counts as one that could not keep its margins."""
@@ -130,8 +127,6 @@ def _replanned(
     kept = Margins.of(approach, times_s.size) if margins else None
     impulses = assemble(approach, times_s, margins=kept, start=estimate, done=done, relaxed=True)
     solution = solve(impulses.builder.build(), Settings(tol=1e-8))
-    if solution.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
     if not usable(solution):
         return np.zeros((times_s.size, 3)), 0.0, False
     given_up = float(impulses.builder.value(solution, GIVEN_UP)[0]) / approach.mean_motion_rad_s

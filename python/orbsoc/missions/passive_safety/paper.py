@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.safety import drift_clearance, states_after
 from orbsoc.guidance.samples import sampled_row, share_row
 from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scp import uninterrupted
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import DriftEllipse
-from orbsoc.solving.solver import solve
 
 from .dispersion import fly_many
 from .model.approach import Approach
@@ -259,7 +259,7 @@ def _depth(plan: ApproachPlan) -> float:
     return min(-each.highest_r_m if below else each.lowest_r_m for each in ellipses)
 
 
-def _after(plan: ApproachPlan) -> NDArray[np.float64]:
+def _after(plan: ApproachPlan) -> Array:
     """States after the impulses, (N, 6)."""
     assert plan.programme is not None
     return states_after(plan.programme, plan.approach.start, plan.approach.motion)
@@ -267,7 +267,7 @@ def _after(plan: ApproachPlan) -> NDArray[np.float64]:
 
 def _cost(scenario: Scenario, count: int) -> float:
     """With another number of impulses; infinite where infeasible."""
-    best = plan_times(Approach.of(scenario.with_changes(impulses={"count": count})), solve).best
+    best = plan_times(Approach.of(scenario.with_changes(impulses={"count": count})), uninterrupted()).best
     return inf if best is None else best.cost
 
 
@@ -282,6 +282,7 @@ def _flown(scenarios: Path, name: str) -> tuple[PaperRow, ...]:
     table = load_scenario(scenarios / f"{name}.toml")
     bare = table.with_changes(safety="cone", samples=None, cost="norms")
     robust = bare.with_changes(uncertainty=errors.model_dump())
+    solve = uninterrupted()
     approach, programmes = Approach.of(robust), [plan_unflown(each).programme for each in (bare, robust)]
     if programmes[0] is None or programmes[1] is None:
         return (share_row(f"{name}: plans", 0, 1, 1.0, "no plan, where one is known"),)

@@ -12,6 +12,7 @@ from orbsoc.conic.solution import Status
 from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import INSTANTS, ImpulseProgramme
 from orbsoc.guidance.mission import Difference, FigureFile, PlanStatus
+from orbsoc.guidance.safety import nearest_claim
 from orbsoc.guidance.scp import Iteration, Solve
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shortened
 
@@ -136,10 +137,11 @@ def _optimum(plan: Plan) -> VerdictLine | None:
             Question.OPTIMUM, Claim(Kind.BOUND, words, _class(plan), checked, gap), evidence=f"gap {gap:.0e}"
         )
     if timed.densest is not None:
-        least = timed.densest.solution.dual_objective
-        words = f"{tried} problems; with impulses at all candidate times at least {least:.6f} m/s"
+        later = "all candidate times" if timed.later is None else "any times after impulse 2"
+        least = timed.later or timed.densest.solution.dual_objective
+        words = f"{tried} problems; with impulses at {later} at least {least:.6f} m/s"
         gap = (timed.best.cost - least) / max(least, 1e-12)
-        class_ = "impulses at the candidate times after impulse 2, as the scan left it"
+        class_ = f"impulses at {later}; impulse 2 where the scan left it"
         return VerdictLine.of_claim(
             Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, "dual bound", gap)
         )
@@ -208,7 +210,8 @@ def _safety(plan: Plan) -> VerdictLine | None:
     if plan.nearest_with_j2_m < plan.scenario.keep_out_m - LIMIT_M:
         stronger.append(f"with J2 {plan.nearest_with_j2_m:.1f} m")
     word = Word.NOT_SAFE if not plan.safety_kept else Word.PARTLY if stronger or not plan.safe else Word.SAFE
-    return VerdictLine(Question.SAFETY, word, figure, limit, ", ".join(stronger))
+    claim = nearest_claim(found.cuts, "for all time" if plan.approach.circular else "for an orbit")
+    return VerdictLine(Question.SAFETY, word, figure, limit, ", ".join(stronger), claim)
 
 
 def _flights(plan: Plan) -> VerdictLine | None:

@@ -11,7 +11,7 @@ from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
-from orbsoc.guidance.scp import ExitReason, Iteration, Solve
+from orbsoc.guidance.scp import ExitReason, Iteration, Solve, uninterrupted
 
 from .dispersion import MonteCarlo, fly_many
 from .model.approach import Approach
@@ -39,11 +39,10 @@ class Analysis:
     @cached_property
     def flights(self) -> Mapping[str, MonteCarlo]:
         """With the errors of the scenario: "as_planned", without re-planning, and "re_planned" before every burn."""
-        from orbsoc.solving.solver import solve
-
         errors = self.approach.scenario.uncertainty
         if errors is None or not errors.runs:
             return {}
+        solve = uninterrupted()
         return {
             "as_planned": fly_many(self.approach, self.programme, solve, replan=False),
             "re_planned": fly_many(self.approach, self.programme, solve),
@@ -52,9 +51,8 @@ class Analysis:
     @cached_property
     def front(self) -> tuple[FrontPoint, ...]:
         """With `interruption_orbits`: what other durations cost, by the orbits that an interrupted burn stays safe."""
-        from orbsoc.solving.solver import solve
-
-        return interruption_front(self.approach, solve) if self.approach.scenario.interruption_orbits else ()
+        orbits = self.approach.scenario.interruption_orbits
+        return interruption_front(self.approach, uninterrupted()) if orbits else ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,13 +148,9 @@ def plan_unflown(
     callback: Callable[[Iteration], None] | None = None,
 ) -> ApproachPlan:
     """The plan as it is solved, without flights and audits; its status says that nothing has verified it."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
     approach = Approach.of(scenario)
     try:
-        timed = plan_times(approach, solve, callback)
+        timed = plan_times(approach, uninterrupted(solve), callback)
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     if timed.best is None or timed.programme is None:

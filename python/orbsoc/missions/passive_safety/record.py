@@ -106,7 +106,7 @@ def _certificates(plan: ApproachPlan) -> dict[str, Any]:
     bound = plan.timed.lower_bound or solution.dual_objective
     found = {"optimum": {"bound": bound, "gap": solution.objective - bound}}
     if densest is not None:
-        least = densest.solution.dual_objective
+        least = plan.timed.later or densest.solution.dual_objective
         found["impulses"] = {"bound": least, "gap": solution.objective - least}
     return found
 

@@ -11,7 +11,6 @@ from os import PathLike
 from typing import Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from orbsoc.guidance.orbit_input import Orbit
@@ -21,9 +20,9 @@ from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, checke
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.guidance.vehicle import Positive
 from orbsoc.orbit import EARTH, Elements, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
 
-Array = NDArray[np.float64]
 LONGEST_M = 5e4
 """Up to which the linear model is taken, as in the paper."""
 DEFAULT_SAMPLES = 36

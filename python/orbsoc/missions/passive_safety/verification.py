@@ -11,19 +11,17 @@ from math import inf, isfinite
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.relative_flight import TRUTHS, drifts, fly
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns
 from orbsoc.orbit import PropagationError, state_from_elements
+from orbsoc.orbit.array import Array
 
 from .model import problem
 from .model.approach import Approach, cone_rows
 from .scenario import DEFAULT_SAMPLES
-
-Array = NDArray[np.float64]
 
 LIMIT_M = 0.01
 """Within which a condition on a length counts as kept."""

@@ -10,18 +10,23 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
-from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, STYLE, VERMILION, panels, write_png
+from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, PLAIN, STYLE, VERMILION, panels, write_png
 from orbsoc.guidance.mission import FigureFile
-from orbsoc.orbit import EARTH
+from orbsoc.guidance.orbit_space import Curve, Whole, ground_figure, space_figure
 from orbsoc.orbit.perturbations import fast_coast
 
 from .model.approach import state_at, states_at
 from .planner import PhasingPlan
+from .scenario import zero_utc
 from .search.descent import Descended, PhasingImpulses
 from .verification.flight import Flight
 
 Array = NDArray[np.float64]
+
+TRACK_S = 30.0
+"""Between points of the track on the ground."""
 
 
 def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
@@ -31,8 +36,11 @@ def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
         return ()
     import matplotlib as mpl
 
+    found = []
+    with mpl.rc_context(PLAIN):
+        found += _in_space(plan, flight, folder)
     with mpl.rc_context(STYLE):
-        found = [_approach(plan, flight, folder), _distance(plan, flight, folder)]
+        found += [_approach(plan, flight, folder), _distance(plan, flight, folder)]
         if plan.analysis is not None and plan.analysis.front:
             found.append(_front(plan, folder))
         if plan.analysis is not None and plan.analysis.surprised is not None:
@@ -40,6 +48,39 @@ def draw_figures(plan: PhasingPlan, folder: Path) -> tuple[FigureFile, ...]:
         if plan.descended is not None:
             found.append(_primer(plan, plan.descended, folder))
     return tuple(found)
+
+
+def _in_space(plan: PhasingPlan, flight: Flight, folder: Path) -> list[FigureFile]:
+    """Both orbits with the impulses about the body, and with a date the chaser's track on the ground."""
+    assert plan.programme is not None
+    scenario, about = plan.scenario, plan.scenario.constants
+    at = np.clip(np.searchsorted(flight.times_s, plan.programme.times_s), 0, len(flight.times_s) - 1)
+    burns = Curve("impulses", VERMILION, flight.chaser[at, :3], flight.times_s[at], style="")
+    end = flight.chaser[-1:, :3]
+    meeting = Curve("meeting", GREEN, end, flight.times_s[-1:], style="")
+    orbits = [
+        Whole("chaser before", BLUE, scenario.chaser.elements),
+        Whole("target", GREEN, scenario.target.elements, "--"),
+    ]
+    figure = space_figure(f"{scenario.name}: orbits and impulses", about, orbits, [burns, meeting])
+    words = "The orbits of chaser and target with the impulses, about the body with its equator and graticule of 30°; dotted behind it."
+    found = [write_png(figure, folder, "space.png", words)]
+    date = scenario.chaser.epoch_utc
+    if date is not None:
+        times_s = np.arange(flight.times_s[0], flight.times_s[-1], TRACK_S)
+        flown = CubicHermiteSpline(flight.times_s, flight.chaser[:, :3], flight.chaser[:, 3:])
+        way = Curve("chaser", BLUE, flown(times_s), times_s, width=0.9)
+        zero = zero_utc(date, scenario.chaser.epoch_s)
+        track = ground_figure(f"{scenario.name}: ground track", "TEME", zero, [way, burns, meeting])
+        found.append(
+            write_png(
+                track,
+                folder,
+                "ground.png",
+                "The chaser's track on the ground, with its impulses and the meeting.",
+            )
+        )
+    return found
 
 
 def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
@@ -54,7 +95,7 @@ def _approach(plan: PhasingPlan, flight: Flight, folder: Path) -> FigureFile:
         (target, after, VERMILION, "target"),
         (flight.chaser, slice(None), BLUE, "chaser"),
     ):
-        height = (np.linalg.norm(states[:, :3], axis=1) - EARTH.earth_radius_m) / 1e3
+        height = (np.linalg.norm(states[:, :3], axis=1) - scenario.constants.earth_radius_m) / 1e3
         axes[0].plot(hours[where], height, color=colour, linewidth=1.2, label=name)
     axes[0].set_ylabel("height (km)")
     axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)

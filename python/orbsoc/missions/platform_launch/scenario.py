@@ -212,7 +212,7 @@ class Scenario(BaseScenario):
         table, to = self.orbit, pi / 180.0
         radius = self.constants.earth_radius_m + 1e3 * table.altitude_km
         angles = (table.inc_deg * to, table.raan_deg * to, 0.0, table.latitude_argument_deg * to)
-        return np.concatenate(state_from_elements(Elements(radius, 0.0, *angles), self.constants))
+        return np.concatenate(state_from_elements(Elements(radius, 0.0, *angles, constants=self.constants)))
 
 
 def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:

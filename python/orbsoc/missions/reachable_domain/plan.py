@@ -62,7 +62,7 @@ class Plan(PointPlan):
         """The orbits of a point that is reached; the figures of the domain are those of `orbsoc reach`."""
         from .figures.point import draw_point
 
-        return () if self.programme is None else (draw_point(self, folder),)
+        return () if self.programme is None else draw_point(self, folder)
 
     def differences(self, other: Plan) -> tuple[Difference, ...]:
         if PlanStatus.VERIFIED not in (self.status, other.status):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from orbsoc.guidance.claims import Kind
 from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Difference, FigureFile, PaperRow, PlanStatus
 from orbsoc.guidance.scenario_file import read_toml
@@ -24,7 +25,7 @@ from .planner import searched
 from .record.attitude import attitude_table
 from .record.document import plan_document, starts_tried, violations
 from .record.messages import messages
-from .record.words import Phrases, answer_line, fitted, in_words, sentences
+from .record.words import Phrases, answer_line, fitted, optimum_line, sentences, wait_in_words
 from .scenario import ProblemName, Scenario, load_scenario
 from .search.ignition import LaterIgnition, later_ignition
 from .search.run import Claim, SearchResult
@@ -33,7 +34,7 @@ from .search.strategies import NULL_BURN
 from .targets.rows import Row
 from .two_burns.instead import two_burns_instead
 from .two_burns.planner import TwoBurnPlan, plan_two_burns
-from .verification import Arcs, Verification, shape_of, short_shape
+from .verification import THRUST_EXCESS, Arcs, Verification, shape_of, short_shape
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -119,7 +120,7 @@ class Plan(SearchResult):
 
 def _sma_m(plan: SearchResult) -> float:
     end = plan.setup.units.state_to_si(plan.trajectory.end)
-    return elements_from_state(end[:3], end[3:]).sma_m
+    return elements_from_state(end[:3], end[3:], plan.scenario.constants).sma_m
 
 
 def plan(
@@ -183,19 +184,26 @@ def _answer(plan: SearchResult) -> VerdictLine:
         plan,
         f"{coast}burn {plan.time_of_flight_s:.3f} s → {orbit}",
         f"{tried} start{'s' if tried > 1 else ''}; the closest leaves {worst}",
+        _proved_for(plan),
     )
+
+
+def _proved_for(plan: SearchResult) -> str:
+    """The class of a proof of infeasibility."""
+    return f"a burn that starts {'now' if plan.ignition_s == 0.0 else 'then'} and stays above the ground"
 
 
 def _later_line(plan: SearchResult) -> VerdictLine | None:
     later = later_ignition(plan)
     if later is None:
         return None
+    free = {"burn.ignition": "free"}
     if plan.status is not PlanStatus.VERIFIED:
-        figure = f"{in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches it"
-        return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings={"burn.ignition": "free"})
+        figure = f"{wait_in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches it"
+        return VerdictLine(Question.OPTION, Word.POSSIBLE, figure, settings=free)
     saved = 100.0 * (1.0 - later.burn_s / plan.time_of_flight_s)
     figure = f"with ignition free the burn takes {later.burn_s:.1f} s (−{saved:.0f} %)"
-    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings={"burn.ignition": "free"})
+    return VerdictLine(Question.OPTION, Word.CHEAPER, figure, settings=free)
 
 
 def _two_burns_line(plan: SearchResult) -> VerdictLine | None:
@@ -211,16 +219,36 @@ def _optimum(plan: SearchResult) -> VerdictLine:
     bound = plan.scenario.limits.attitude_rate_deg_s
     assert found is not None
     peak = f"{np.rad2deg(found.peak_rate_rad_s):.4g} °/s"
-    figure = f"a local optimum of {len(plan.subproblems)} conic problems on {nodes} nodes"
+    problems, tried = len(plan.subproblems), len(starts_tried(plan))
+    figure = f"a local optimum of {problems} conic problems on {nodes} nodes"
     if plan.claim is Claim.NOTHING_TO_BURN:
-        return fitted(Question.OPTIMUM, Word.PROVED, "no burn is shorter than 0 s")
+        figure = "no burn is shorter than 0 s"
+        return optimum_line(Kind.PROVED, figure, "all burns", "the vehicle is on its target orbit")
     if plan.claim is Claim.FAST_TURN:
-        figure = f"turns at up to {peak}, as {nodes} nodes follow; the shortest burn turns faster"
+        figure = f"turns at up to {peak}; {_shorter(plan)}"
     elif plan.claim is Claim.SMOOTH_TURN:
-        figure = f"turns smoothly; the shortest burn turns faster than {nodes} nodes follow"
+        figure = f"turns smoothly; {_shorter(plan)}"
     elif bound is not None:
         figure = f"a local optimum; turns at up to {peak}, allowed {bound:g} °/s"
-    return fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
+    what = "burns of this time" if plan.scenario.problem == "max_energy" else "burns onto the target orbit"
+    evidence = f"{problems} conic problems and {len(plan.attempts)} flights from {tried} starts and ignitions"
+    return optimum_line(Kind.BEST_FOUND, figure, what, evidence)
+
+
+def _shorter(plan: SearchResult) -> str:
+    """What is known of shorter burns: one that a sequence led to, and that turned too fast for its grid, the finest one."""
+    tried = [
+        each
+        for each in plan.attempts
+        if each.verification is not None
+        and each.trajectory.duration < plan.trajectory.duration
+        and any(words.startswith(THRUST_EXCESS) for words in each.verification.failures)
+    ]
+    if not tried:
+        return "no shorter one was found"
+    best = min(tried, key=lambda each: (-each.nodes, each.trajectory.duration))
+    duration_s = best.trajectory.duration * plan.setup.units.time_s
+    return f"one of {duration_s:.3f} s turned faster than {best.nodes} nodes follow"
 
 
 def details(plan: SearchResult) -> str:
@@ -251,7 +279,7 @@ def details(plan: SearchResult) -> str:
             objection=objection,
             option=f". {option[0].upper()}{option[1:]}" if option else "",
             which=f"{burn}, however steered",
-            proved_for=f"a burn that starts {'now' if plan.ignition_s == 0.0 else 'then'} and stays above the ground",
+            proved_for=_proved_for(plan),
             sought=f"{sought} that meets all terminal conditions{turning} was found from {tried} start{'s' if tried > 1 else ''}",
             left=f"The closest one leaves {_left(plan, found)}",
             advice=option or _what_to_try(plan),
@@ -272,9 +300,9 @@ def _achievement(plan: SearchResult, found: Verification) -> str:
     grid = f"a grid of {plan.trajectory.grid.size} nodes follows"
     if plan.claim is Claim.FAST_TURN:
         turn = f"turns at up to {np.rad2deg(found.peak_rate_rad_s):.4g} °/s, about as fast as {grid}"
-        return f"a burn of {time} onto the target orbit, {shape}, that {turn}; the shortest one turns faster{coast}"
+        return f"a burn of {time} onto the target orbit, {shape}, that {turn}; {_shorter(plan)}{coast}"
     if plan.claim is Claim.SMOOTH_TURN:
-        turn = f"turns smoothly; the shortest one turns faster than {grid}"
+        turn = f"turns smoothly; {_shorter(plan)}"
         return f"a burn of {time} onto the target orbit, {shape}, that {turn}{coast}"
     return f"the shortest burn found onto the target orbit, {shape}, takes {time}{coast}"
 
@@ -294,7 +322,7 @@ def _later(plan: SearchResult) -> str:
     later = later_ignition(plan)
     if later is None:
         return ""
-    text = f"with ignition {in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches the target"
+    text = f"with ignition {wait_in_words(later.ignition_s)} later a burn of {later.burn_s:.1f} s reaches the target"
     if plan.status is PlanStatus.VERIFIED:
         saved_s = plan.time_of_flight_s - later.burn_s
         saved_kg, share = (

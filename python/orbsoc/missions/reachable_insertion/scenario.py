@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from math import acos, cos, exp, inf, isfinite, sqrt
 from os import PathLike
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from orbsoc.guidance.vehicle import DRY_SHARE, LaunchSite, Positive, Vehicle
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
+    ConstantsSet,
     angular_momentum,
     eci_from_launch_inertial,
     elements_from_state,
@@ -109,6 +110,8 @@ class Verification(Table):
 class Scenario(BaseScenario):
     """One insertion: vehicle, initial state, target orbit, burn time, and how to solve and judge it."""
 
+    ABOUT_THE_EARTH: ClassVar[str] = ""
+
     mission: Literal["reachable_insertion"]
     problem: ProblemName
     axes: Literal["launch_inertial", "eci", "velocity"] = "launch_inertial"
@@ -148,6 +151,7 @@ class Scenario(BaseScenario):
             self.launch_inertial(self.initial),
             None if "shape" in free else self.launch_inertial(self.target),
             plane_free=bool({"inc_deg", "raan_deg"} & free),
+            about=self.constants,
         )
 
     @property
@@ -206,6 +210,13 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
 def _frame_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """Frames that cannot be turned into each other."""
     initial, target = scenario.initial, scenario.target
+    if scenario.body.name != "earth":
+        about = f"is the Earth's; leave it out where body.name = {scenario.body.name!r}"
+        if scenario.launch_site is not None:
+            yield Complaint("launch_site", "", about)
+        for key, orbit in (("initial", initial), ("target", target)):
+            if orbit.axes_name is not None:
+                yield Complaint(f"{key}.{'epoch_utc' if orbit.dated else 'frame'}", "", about)
     for key, orbit in (("initial", initial), ("target", target)):
         if scenario.axes == "launch_inertial" and not orbit.by_elements and orbit.axes_name is not None:
             allowed = f"{key}.frame or a date says {orbit.axes_name}; with either must be 'eci' or 'velocity'"
@@ -237,11 +248,15 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
         f"problem = {scenario.problem!r}",
     )
     lowest_km, missing = scenario.limits.lowest_altitude_km, 'is missing, and problem = "max_energy" needs it'
-    altitude_km = (float(np.linalg.norm(scenario.initial.vector()[:3])) - EARTH.earth_radius_m) / 1e3
+    altitude_km = (
+        float(np.linalg.norm(scenario.initial.vector()[:3])) - scenario.constants.earth_radius_m
+    ) / 1e3
     is_circular = (
         largest
         and target.perigee_direction == "fixed"
-        and TargetOrbit.through(CanonicalUnits.of().state_from_si(target.vector())).is_circular
+        and TargetOrbit.through(
+            CanonicalUnits.of(scenario.constants).state_from_si(target.vector())
+        ).is_circular
     )
     rules: tuple[tuple[bool, str, object, str], ...] = (
         (not now and altitude_km < lowest_km, "limits.lowest_altitude_km", lowest_km,
@@ -266,11 +281,13 @@ def _problem_complaints(scenario: Scenario) -> Iterator[Complaint]:
             yield Complaint(key, f"{value:g}" if isinstance(value, float) else f"{value}", allowed)
 
 
-def guessed_duration_s(vehicle: Vehicle, start: Array, goal: Array | None, *, plane_free: bool) -> float:
+def guessed_duration_s(
+    vehicle: Vehicle, start: Array, goal: Array | None, *, plane_free: bool, about: ConstantsSet = EARTH
+) -> float:
     """The burn of the cheapest pair of impulses between an apsis of the first orbit and one of the target, by the rocket
     equation; the plane turns at the second. States (6,), SI, in the same axes; `goal` None where its shape is free."""
     longest = vehicle.longest_burn_s
-    dv_m_s = inf if goal is None else _least_dv_m_s(start, goal, plane_free)
+    dv_m_s = inf if goal is None else _least_dv_m_s(start, goal, plane_free, about)
     if not isfinite(dv_m_s):
         return WITHOUT_SHAPE * longest
     exhaust_m_s = vehicle.thrust_n / vehicle.mass_flow_kg_s
@@ -285,12 +302,12 @@ def dry_mass_words(vehicle: Vehicle) -> list[str]:
     return [f"vehicle.dry_mass_kg = {vehicle.dry_mass_kg:g}, a tenth of mass_kg, the default"]
 
 
-def _least_dv_m_s(start: Array, goal: Array, plane_free: bool) -> float:
+def _least_dv_m_s(start: Array, goal: Array, plane_free: bool, about: ConstantsSet) -> float:
     """Infinite where nothing can be said."""
-    mu = EARTH.mu_m3_s2
+    mu = about.mu_m3_s2
     try:
-        first = elements_from_state(start[:3], start[3:])
-        last = elements_from_state(goal[:3], goal[3:])
+        first = elements_from_state(start[:3], start[3:], about)
+        last = elements_from_state(goal[:3], goal[3:], about)
     except ValueError:
         return inf
     turn = 0.0

@@ -7,7 +7,7 @@ coarse grid, which quietly throttles above 1 between nodes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from orbsoc.guidance.powered_flight import commanded
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
+    ConstantsSet,
     Elements,
     Thruster,
     angular_momentum,
@@ -35,6 +36,7 @@ from .targets.target import Target
 
 Array = NDArray[np.float64]
 
+THRUST_EXCESS = "max‖u‖ − 1 between nodes"
 SAMPLES = 401
 """Points at which the plan is sampled for checking, figures and the attitude file (at least 200)."""
 COAST_STEP_S = 60.0
@@ -56,11 +58,12 @@ class Flight:
     raw_norm: Array
     planned: Array
     propagated: Array
+    about: ConstantsSet = field(default=EARTH, kw_only=True)
 
     @property
     def lowest_altitude_m(self) -> float:
         """Smallest height over the equatorial radius along the propagated arc."""
-        return float(np.linalg.norm(self.propagated[:, :3], axis=1).min()) - EARTH.earth_radius_m
+        return float(np.linalg.norm(self.propagated[:, :3], axis=1).min()) - self.about.earth_radius_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,19 +72,20 @@ class CoastArc:
 
     times_s: Array
     states: Array
+    about: ConstantsSet = field(default=EARTH, kw_only=True)
 
     @property
     def lowest_altitude_m(self) -> float:
         """Over the equatorial radius; between samples r·v = 0 to second order, where the two-body pull is all that bends a coast."""
         r, v = self.states[:, :3], self.states[:, 3:]
         radius = np.linalg.norm(r, axis=1)
-        bend = np.maximum(np.einsum("ki,ki->k", v, v) - EARTH.mu_m3_s2 / radius, 1e-9)
+        bend = np.maximum(np.einsum("ki,ki->k", v, v) - self.about.mu_m3_s2 / radius, 1e-9)
         step = 0.5 * self.times_s[1]
         when = np.clip(-np.einsum("ki,ki->k", r, v) / bend, -step, step)
         when[0], when[-1] = max(when[0], 0.0), min(when[-1], 0.0)
-        pull = -EARTH.mu_m3_s2 * r / radius[:, None] ** 3
+        pull = -self.about.mu_m3_s2 * r / radius[:, None] ** 3
         near = r + when[:, None] * v + 0.5 * when[:, None] ** 2 * pull
-        return float(np.linalg.norm(near, axis=1).min()) - EARTH.earth_radius_m
+        return float(np.linalg.norm(near, axis=1).min()) - self.about.earth_radius_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +102,7 @@ class Arcs:
         times = np.linspace(0.0, ignition_s, 2 + int(ignition_s / COAST_STEP_S))
         coast = CoastArc(np.empty(0), np.empty((0, 6)))
         if ignition_s:
-            coast = CoastArc(times, coasted(scenario, times, independent=True))
+            coast = CoastArc(times, coasted(scenario, times, independent=True), about=scenario.constants)
         return cls((coast,), (burn,), (0.0, ignition_s))
 
 
@@ -140,7 +144,12 @@ class Verification(EndOfFlight):
 
 
 def flown_burn(
-    start_si: Array, thruster: Thruster, grid: LegendreGauss, controls: Array, duration_s: float
+    start_si: Array,
+    thruster: Thruster,
+    grid: LegendreGauss,
+    controls: Array,
+    duration_s: float,
+    about: ConstantsSet = EARTH,
 ) -> Flight:
     """Propagate nodal controls (N, 3) as they are commanded, from a state (6,), with the independent integrator.
 
@@ -152,16 +161,22 @@ def flown_burn(
     size = np.linalg.norm(raw, axis=1)
     turns = np.append(rates(grid, controls, tau), peak_rate(grid, controls))
     turns = 2.0 * turns / duration_s if duration_s > 0.0 else np.zeros_like(turns)
-    states = propagate_burn(start_si, thruster, commanded(grid, controls, duration_s), times_s)
-    return Flight(times_s, raw / size[:, None], turns[:-1], float(turns[-1]), size, states, states)
+    states = propagate_burn(
+        start_si, thruster, commanded(grid, controls, duration_s), times_s, constants=about
+    )
+    return Flight(
+        times_s, raw / size[:, None], turns[:-1], float(turns[-1]), size, states, states, about=about
+    )
 
 
 def verify(scenario: Scenario, target: Target, iterate: Iterate, *, ignition_s: float = 0.0) -> Verification:
     """Fly the coast and the burn, and compare the orbit that is reached with the one that is promised."""
-    units, arc = CanonicalUnits.of(EARTH), iterate.trajectory
+    units, arc = CanonicalUnits.of(scenario.constants), iterate.trajectory
     start_si = at_ignition(scenario, ignition_s, independent=True)
     thruster = scenario.vehicle.thruster()
-    flight = flown_burn(start_si, thruster, arc.grid, arc.controls, arc.duration * units.time_s)
+    flight = flown_burn(
+        start_si, thruster, arc.grid, arc.controls, arc.duration * units.time_s, scenario.constants
+    )
     tau = np.linspace(-1.0, 1.0, SAMPLES)
     planned = arc.grid.interpolate_from_start(units.state_from_si(start_si), arc.states, tau)
     flight = replace(flight, planned=units.state_to_si(planned))
@@ -182,7 +197,7 @@ def judged(
 
     The lowest altitude is that of the burns by default.
     """
-    units, end_si = CanonicalUnits.of(EARTH), burns[-1].propagated[-1]
+    units, end_si = CanonicalUnits.of(scenario.constants), burns[-1].propagated[-1]
     end, size = units.state_from_si(end_si), np.concatenate([each.raw_norm for each in burns])
     h, orbit, (momentum, laplace) = angular_momentum(end[:3], end[3:]), orbit_of(scenario, end_si), promised
     found: dict[str, Any] = {
@@ -201,7 +216,7 @@ def judged(
         ("|ΔH|/|H|", found["angular_momentum_rel"], rules.angular_momentum_rel),
         ("|ΔL|/μ", found["laplace_rel"], rules.laplace_rel),
         ("plane error in rad", found["plane_rad"], rules.plane_rad),
-        ("max‖u‖ − 1 between nodes", found["thrust_excess"], rules.thrust_excess),
+        (THRUST_EXCESS, found["thrust_excess"], rules.thrust_excess),
         ("depth below the ground in m", max(0.0, -lowest_m), 0.0),
         *((name, value, getattr(rules, limit)) for name, value, limit in target.errors(orbit)),
     ]
@@ -221,14 +236,14 @@ def judged(
 def orbit_of(scenario: Scenario, state_si: Array) -> Elements:
     """Osculating elements in ECI of a state in the axes of plans."""
     state = rotate_state(scenario.eci_rotation, state_si)
-    return elements_from_state(state[:3], state[3:])
+    return elements_from_state(state[:3], state[3:], scenario.constants)
 
 
 def shape_of(orbit: Elements) -> str:
     """Perigee and apogee heights; of a hyperbola the perigee height, C3 and v∞."""
     if orbit.ecc < 1.0:
         return short_shape(orbit)
-    c3 = -EARTH.mu_m3_s2 / orbit.sma_m
+    c3 = -orbit.constants.mu_m3_s2 / orbit.sma_m
     perigee = f"{orbit.perigee_height_m() / 1e3:.2f}"
     return f"a hyperbola of C3 {c3 / 1e6:.4f} km²/s² (v∞ {np.sqrt(c3):.1f} m/s), perigee {perigee} km"
 
@@ -237,4 +252,4 @@ def short_shape(orbit: Elements) -> str:
     """Perigee and apogee heights; of a hyperbola C3."""
     if orbit.ecc < 1.0:
         return f"{orbit.perigee_height_m() / 1e3:.2f} × {orbit.apogee_height_m() / 1e3:.2f} km"
-    return f"C3 {-EARTH.mu_m3_s2 / orbit.sma_m / 1e6:.4f} km²/s²"
+    return f"C3 {-orbit.constants.mu_m3_s2 / orbit.sma_m / 1e6:.4f} km²/s²"

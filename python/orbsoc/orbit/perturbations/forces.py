@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..array import Array
-from ..constants import EARTH, ConstantsSet
+from ..constants import EARTH, EARTH_J2, ConstantsSet
 from ..vectors import cross_matrix
 from .atmosphere import density_kg_m3
 
-EARTH_J2: Final = 1.08262668e-3
-"""Second zonal harmonic, unnormalised: −√5 C̄₂₀ of EGM96 (NASA/TP-1998-206861)."""
 EARTH_RATE_RAD_S: Final = 7.292115e-5
 """Rotation of the Earth and its air (NIMA TR8350.2, table 3.1)."""
 FLATTENING: Final = 1.0 / 298.257

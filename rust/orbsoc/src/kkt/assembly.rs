@@ -58,24 +58,22 @@ impl Kkt {
         let (n, me, m) = (p.ncols(), a.nrows(), g.nrows());
         let expanded = cones.soc.iter().filter(|c| c.expansion.is_some()).count();
         let dim = n + me + m + 2 * expanded;
-        let mut entries: Vec<(u32, u32)> = (0..index(dim)).map(|i| (i, i)).collect();
-        let mut place = |row: usize, column: usize| {
-            if row == column {
-                return row;
-            }
-            entries.push((index(row), index(column)));
-            entries.len() - 1
-        };
-        let from_p: Vec<usize> = p.triplets().map(|(i, j, _)| place(i, j)).collect();
-        let from_a: Vec<usize> = a.triplets().map(|(i, j, _)| place(j, n + i)).collect();
-        let from_g: Vec<usize> = g.triplets().map(|(i, j, _)| place(j, n + me + i)).collect();
         let row0 = n + me;
-        let orthant: Vec<usize> = (0..cones.l).map(|i| place(row0 + i, row0 + i)).collect();
-        let soc: Vec<Vec<usize>> = cones
-            .soc
-            .iter()
-            .map(|cone| block_positions(cone, row0).into_iter().map(|(i, j)| place(i, j)).collect())
-            .collect();
+        let written = p.nnz() + a.nnz() + g.nnz() + cones.soc.iter().map(block_entries).sum::<usize>();
+        let mut entries: Vec<(u32, u32)> = Vec::with_capacity(dim + written);
+        entries.extend((0..index(dim)).map(|i| (i, i)));
+        // Of P's, A's, G's and the cones' entries, one after the other.
+        let mut places = Vec::with_capacity(written);
+        let mut place = |row: usize, column: usize| {
+            places.push(if row == column { row } else { entries.len() });
+            if row != column {
+                entries.push((index(row), index(column)));
+            }
+        };
+        p.triplets().for_each(|(i, j, _)| place(i, j));
+        a.triplets().for_each(|(i, j, _)| place(j, n + i));
+        g.triplets().for_each(|(i, j, _)| place(j, row0 + i));
+        cones.soc.iter().for_each(|cone| block_positions(cone, row0, &mut place));
 
         if entries.len() > MOST_ENTRIES {
             return Err(Error::TooLarge { what: "the KKT matrix", size: entries.len() });
@@ -85,7 +83,13 @@ impl Kkt {
         let (permuted, permuted_place) = natural.permuted(&order);
         let symbolic = Symbolic::new(&permuted, panels)?;
 
-        let go = |k: &usize| permuted_place[natural_place[*k] as usize];
+        let go = |k: usize| permuted_place[natural_place[k] as usize];
+        let mut rest = &places[..];
+        let mut take = |count: usize| -> Vec<u32> {
+            let (these, after) = rest.split_at(count);
+            rest = after;
+            these.iter().map(|&k| go(k)).collect()
+        };
         let mut position = vec![0; dim];
         let mut positive = vec![false; dim];
         for (new, &old) in order.iter().enumerate() {
@@ -106,11 +110,11 @@ impl Kkt {
             rowidx,
             position,
             positive,
-            from_p: from_p.iter().map(go).collect(),
-            from_a: from_a.iter().map(go).collect(),
-            from_g: from_g.iter().map(go).collect(),
-            orthant: orthant.iter().map(go).collect(),
-            soc: soc.iter().map(|block| block.iter().map(go).collect()).collect(),
+            from_p: take(p.nnz()),
+            from_a: take(a.nnz()),
+            from_g: take(g.nnz()),
+            orthant: (row0..row0 + cones.l).map(go).collect(),
+            soc: cones.soc.iter().map(|cone| take(block_entries(cone))).collect(),
             symbolic,
             rows: None,
         })
@@ -142,18 +146,25 @@ impl Kkt {
 /// Entries of one second-order block in the order in which the matrix update writes them.
 /// Dense: the upper triangle, column by column. Expanded: the diagonal of D, then v without its
 /// structurally zero head, v's pivot, u, u's pivot.
-fn block_positions(cone: &Soc, row0: usize) -> Vec<(usize, usize)> {
+fn block_positions(cone: &Soc, row0: usize, place: &mut impl FnMut(usize, usize)) {
     let rows = row0 + cone.start..row0 + cone.start + cone.dim;
     match cone.expansion {
-        None => rows.clone().flat_map(|j| (rows.start..=j).map(move |i| (i, j))).collect(),
+        None => rows.clone().for_each(|j| (rows.start..=j).for_each(|i| place(i, j))),
         Some(extra) => {
             let (v, u) = (row0 + extra, row0 + extra + 1);
-            let mut out: Vec<_> = rows.clone().map(|i| (i, i)).collect();
-            out.extend(rows.clone().skip(1).map(|i| (i, v)));
-            out.push((v, v));
-            out.extend(rows.map(|i| (i, u)));
-            out.push((u, u));
-            out
+            rows.clone().for_each(|i| place(i, i));
+            rows.clone().skip(1).for_each(|i| place(i, v));
+            place(v, v);
+            rows.for_each(|i| place(i, u));
+            place(u, u);
         }
+    }
+}
+
+/// Their number.
+fn block_entries(cone: &Soc) -> usize {
+    match cone.expansion {
+        None => cone.dim * (cone.dim + 1) / 2,
+        Some(_) => 3 * cone.dim + 1,
     }
 }

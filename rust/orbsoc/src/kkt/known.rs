@@ -15,7 +15,7 @@ const MOST_ENTRIES: usize = 4096;
 static KNOWN: Mutex<Vec<Known>> = Mutex::new(Vec::new());
 
 struct Known {
-    problem: Problem,
+    problem: Arc<Problem>,
     ordering: Ordering,
     structure: Arc<Structure>,
 }
@@ -31,7 +31,7 @@ impl Known {
 ///
 /// # Errors
 /// A pattern too large.
-pub(crate) fn structure_of(problem: &Problem, ordering: Ordering) -> Result<Arc<Structure>, Error> {
+pub(crate) fn structure_of(problem: &Arc<Problem>, ordering: Ordering) -> Result<Arc<Structure>, Error> {
     let small = problem.p.nnz() + problem.a.nnz() + problem.g.nnz() <= MOST_ENTRIES
         && problem.n() + problem.p() + problem.m() <= MOST_ENTRIES;
     if small {
@@ -48,7 +48,7 @@ pub(crate) fn structure_of(problem: &Problem, ordering: Ordering) -> Result<Arc<
             if known.len() == MOST_PATTERNS {
                 known.remove(0);
             }
-            known.push(Known { problem: problem.clone(), ordering, structure: Arc::clone(&structure) });
+            known.push(Known { problem: Arc::clone(problem), ordering, structure: Arc::clone(&structure) });
         }
     }
     Ok(structure)
@@ -79,15 +79,15 @@ mod tests {
             assert_eq!(bits(&fresh.x), bits(&known.x));
             assert_eq!(bits(&fresh.z), bits(&known.z));
         }
-        let absent = bounds(&[1.0, f64::INFINITY, 1.0]);
+        let [absent, other] = [bounds(&[1.0, f64::INFINITY, 1.0]), bounds(&[0.0; 3])].map(Arc::new);
         assert_eq!(structure_of(&absent, Ordering::Amd).unwrap().m, 2);
-        assert_eq!(structure_of(&problems[0], Ordering::Amd).unwrap().m, 3);
+        assert_eq!(structure_of(&other, Ordering::Amd).unwrap().m, 3);
     }
 
     #[test]
     fn as_many_patterns_are_kept_as_there_is_room_for() {
         for size in 1..2 * MOST_PATTERNS {
-            structure_of(&bounds(&vec![1.0; size]), Ordering::Amd).unwrap();
+            structure_of(&Arc::new(bounds(&vec![1.0; size])), Ordering::Amd).unwrap();
         }
         if let Ok(known) = KNOWN.lock() {
             assert!(known.len() <= MOST_PATTERNS);

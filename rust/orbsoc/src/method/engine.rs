@@ -6,7 +6,7 @@ use crate::kkt::known::structure_of;
 use crate::kkt::structure::Structure;
 use crate::method::control::Control;
 use crate::method::observer::{Observer, Progress};
-use crate::method::restart::{Attempt, Restart, LONGEST};
+use crate::method::restart::{Attempt, Restart};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{compiled::Compiled, datapath::Datapath, events::Event, warm_start::Start};
@@ -19,7 +19,8 @@ use std::sync::Arc;
 
 /// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
 ///
-/// Everything is allocated by [`Engine::new`]; from the first `run` of an attempt to its last, nothing is.
+/// Everything is allocated by [`Engine::new`], and events of a restart before it; from the first `run` of an attempt to
+/// its last, nothing is.
 ///
 /// ```
 /// # use orbsoc::*;
@@ -34,7 +35,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Engine<T> {
     pub(crate) path: Datapath<T>,
-    problem: Problem,
+    problem: Arc<Problem>,
     pub(crate) control: Control,
     /// The outcome of an earlier attempt of this solve, which stalled.
     earlier: Option<Solution>,
@@ -52,6 +53,14 @@ impl<T: Compiled> Engine<T> {
     /// # Errors
     /// A setting outside its range, or a pattern too large.
     pub fn new(problem: &Problem, settings: &Settings) -> Result<Self, Error> {
+        Self::shared(&Arc::new(problem.clone()), settings)
+    }
+
+    /// As [`Engine::new`], without a copy of the data.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn shared(problem: &Arc<Problem>, settings: &Settings) -> Result<Self, Error> {
         Self::with_structure(problem, settings, structure_of(problem, settings.ordering)?)
     }
 
@@ -65,24 +74,25 @@ impl<T: Compiled> Engine<T> {
     }
 
     pub(crate) fn with_panels(problem: &Problem, settings: &Settings, panels: Panels) -> Result<Self, Error> {
-        Self::with_structure(problem, settings, Arc::new(Structure::new(problem, settings.ordering, panels)?))
+        let structure = Arc::new(Structure::new(problem, settings.ordering, panels)?);
+        Self::with_structure(&Arc::new(problem.clone()), settings, structure)
     }
 
     fn with_structure(
-        problem: &Problem,
+        problem: &Arc<Problem>,
         settings: &Settings,
         structure: Arc<Structure>,
     ) -> Result<Self, Error> {
         let path = Datapath::new(structure, settings)?;
         let mut engine = Self {
-            events: Vec::with_capacity(most_events(settings)),
+            events: Vec::with_capacity(most_events(settings, WARM_STARTUP)),
             path,
-            problem: problem.clone(),
+            problem: Arc::clone(problem),
             control: Control::new(settings),
             earlier: None,
             long: LONG,
         };
-        engine.path.load(&[Some(problem)]);
+        engine.path.load(&[Some(&**problem)]);
         Ok(engine)
     }
 
@@ -92,7 +102,7 @@ impl<T: Compiled> Engine<T> {
     /// [`Error::PatternChanged`] naming the matrix, or cones or absent rows that differ.
     pub fn update(&mut self, problem: &Problem) -> Result<(), Error> {
         self.problem.same_pattern(problem)?;
-        self.problem.clone_from(problem);
+        Arc::make_mut(&mut self.problem).clone_from(problem);
         self.path.load(&[Some(problem)]);
         self.reset();
         Ok(())
@@ -320,6 +330,7 @@ impl<T: Compiled> Engine<T> {
         if attempt != Attempt::Cold {
             self.earlier = Some(solution.clone());
         }
+        self.events.reserve(most_events(&self.path.settings, STARTUP));
         self.path.reset(0);
         self.path.prepare(0, attempt);
         self.control = self.control.restarted(attempt);
@@ -327,15 +338,13 @@ impl<T: Compiled> Engine<T> {
     }
 }
 
-/// More stage runs than any solve with these settings makes.
-fn most_events(settings: &Settings) -> usize {
+/// More stage runs than any attempt with these settings makes.
+fn most_events(settings: &Settings, startup: &[Step]) -> usize {
     let per_repeat = 2 * settings.refinement_max as usize + 1;
     let runs = |steps: &[Step]| {
         steps.iter().map(|s| if matches!(s, Step::Run(_)) { 1 } else { per_repeat }).sum::<usize>()
     };
-    let once =
-        |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
-    once(WARM_STARTUP) + settings.max_restarts.min(LONGEST) as usize * once(STARTUP)
+    runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING)
 }
 
 /// How much there is to factor in a problem's KKT matrix, in the order that the settings ask for.

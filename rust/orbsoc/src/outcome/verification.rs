@@ -2,14 +2,13 @@
 //! with the iteration: other vectors (nalgebra's), other products, always double precision.
 
 use crate::outcome::norms::{larger, symmetric_product, Sums};
-use crate::outcome::roundoff::{
-    deterministic_bound, probabilistic_bound, roundoff_in_product, RoundoffBound,
-};
+use crate::outcome::radius::{dual_radius, primal_radius, Radius};
+use crate::outcome::roundoff::{probabilistic_bound, RoundoffBound};
 use crate::outcome::solution::{norm_exceeds, Certificate, Solution, Status, WarmStart};
 use crate::problem::{Problem, Settings};
-use nalgebra::{DVector, DVectorView};
+use nalgebra::DVector;
 
-/// A certificate with at least this radius over the data's scale is accepted at the end of a solve.
+/// A certificate with at least this radius, over the data's scale or over its own, is accepted at the end of a solve.
 const RADIUS_CLAIMED: f64 = 50.0;
 
 /// Residuals of a point on the user's data.
@@ -32,26 +31,24 @@ impl Residuals {
 }
 
 /// A point in the user's scaling and row order.
-struct Point {
-    x: DVector<f64>,
-    y: DVector<f64>,
-    z: DVector<f64>,
-    s: DVector<f64>,
+pub(super) struct Point {
+    pub x: DVector<f64>,
+    pub y: DVector<f64>,
+    pub z: DVector<f64>,
+    pub s: DVector<f64>,
 }
 
 /// A certificate of infeasibility on the user's data.
 struct InfeasibilityCertificate {
     status: Status,
     at: Point,
-    radius: f64,
-    /// The radius over the data's scale.
-    relative: f64,
+    radius: Radius,
 }
 
 impl InfeasibilityCertificate {
     fn excludes(&self, point: &Point) -> bool {
         let [x, y, z] = [&point.x, &point.y, &point.z].map(DVector::as_slice);
-        !norm_exceeds(self.status, self.radius, x, y, z)
+        !norm_exceeds(self.status, self.radius.plain, x, y, z)
     }
 }
 
@@ -70,7 +67,7 @@ fn onto_cone(head: f64, tail: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// Exact projection of `v` onto K.
-fn project(problem: &Problem, v: &mut DVector<f64>) {
+pub(super) fn project(problem: &Problem, v: &mut DVector<f64>) {
     let (orthant, mut rest) = v.as_mut_slice().split_at_mut(problem.cones.l);
     for v in orthant {
         *v = v.max(0.0);
@@ -111,7 +108,7 @@ fn outside(problem: &Problem, v: &DVector<f64>) -> f64 {
 
 /// Absent rows take part in nothing: zero where h is +∞.
 #[inline(never)]
-fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
+pub(super) fn present(problem: &Problem, mut v: DVector<f64>) -> DVector<f64> {
     // A selection: a store on a condition would be made one by one.
     for (v, h) in v.as_mut_slice().iter_mut().zip(&problem.h) {
         *v = if h.is_finite() { *v } else { 0.0 };
@@ -194,64 +191,6 @@ fn residuals_of(problem: &Problem, at: &Point, tol: f64) -> Residuals {
         ..certificate
     };
     Residuals { independent: independent.worst(), certificate, objective, dual_objective }
-}
-
-/// Certified radius of primal infeasibility, also over the data's scale: whatever the sums below may have lost in
-/// rounding counts against it. z is projected onto K, and the certificate scaled to size one: its own size means nothing
-/// and may overflow.
-fn primal_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
-    let sums = Sums::new();
-    at.z = present(problem, at.z.clone());
-    project(problem, &mut at.z);
-    let size = sums.norm(at.y.as_slice()).max(sums.norm(at.z.as_slice()));
-    at.y.unscale_mut(size);
-    at.z.unscale_mut(size);
-    let h = present(problem, DVector::from_column_slice(&problem.h));
-    let support = DVectorView::from(&problem.b[..]).dot(&at.y) + h.dot(&at.z);
-    let nowhere = DVector::zeros(problem.n());
-    let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
-    let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
-    let (y, z) = (at.y.as_slice(), at.z.as_slice());
-    let lost = roundoff_in_product(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
-        + roundoff_in_product(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
-    let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
-    let roundoff = deterministic_bound(problem.p() + problem.m()) * terms.sum::<f64>();
-    let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(support + roundoff, (aty + gtz).lp_norm(1) + lost, scale)
-}
-
-/// Certified radius of dual infeasibility, also over the data's scale; x is scaled to size one.
-fn dual_radius(problem: &Problem, at: &mut Point) -> (f64, f64) {
-    let sums = Sums::new();
-    at.x.unscale_mut(sums.norm(at.x.as_slice()));
-    let cost = DVectorView::from(&problem.c[..]).dot(&at.x);
-    let (ax, _) = sums.products(&problem.a, &at.x, &DVector::zeros(problem.p()));
-    let (gx, _) = sums.products(&problem.g, &at.x, &DVector::zeros(problem.m()));
-    let recession = -present(problem, gx);
-    let mut inside = recession.clone();
-    project(problem, &mut inside);
-    let distance =
-        symmetric_product(&problem.p, &at.x).lp_norm(1) + ax.lp_norm(1) + (recession - inside).lp_norm(1);
-    let (n, x) = (problem.n(), at.x.as_slice());
-    let by = |value: f64, _: usize, j: usize| (value * x[j]).abs();
-    let either = |value: f64, i: usize, j: usize| 2.0 * by(value, 0, i).max(by(value, 0, j));
-    let present =
-        |value: f64, i: usize, j: usize| if problem.h[i].is_finite() { by(value, i, j) } else { 0.0 };
-    let lost = roundoff_in_product(&problem.p, n, either)
-        + roundoff_in_product(&problem.a, n, by)
-        + roundoff_in_product(&problem.g, n, present);
-    let roundoff = deterministic_bound(n) * problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
-    let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
-    radius(cost + roundoff, distance + lost, scale)
-}
-
-fn radius(value: f64, size: f64, scale: f64) -> (f64, f64) {
-    if value < 0.0 && value.is_finite() && size.is_finite() {
-        let radius = if size > 0.0 { -value / size } else { f64::INFINITY };
-        (radius, radius / scale)
-    } else {
-        (0.0, 0.0)
-    }
 }
 
 /// Why the iteration ended. The status is decided afterwards, on the original data.
@@ -347,26 +286,31 @@ impl FinishedAttempt<'_> {
         let primal = self.primal.as_ref().map(|entries| self.primal_infeasible(entries));
         let dual = self.dual.as_ref().map(|entries| self.dual_infeasible(entries));
         let certificates = primal.into_iter().chain(dual).filter(|found| {
-            found.relative >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
+            let Radius { relative, own, .. } = found.radius;
+            relative.max(own) >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
         });
-        certificates.max_by(|one, other| one.relative.total_cmp(&other.relative))
+        let order = |of: &InfeasibilityCertificate| (of.radius.own, of.radius.relative);
+        certificates.max_by(|one, other| {
+            let (one, other) = (order(one), order(other));
+            one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1))
+        })
     }
 
     /// That no x is feasible.
     fn primal_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
         let mut at = self.point(entries, false);
-        let (radius, relative) = primal_radius(self.problem, &mut at);
+        let radius = primal_radius(self.problem, &mut at);
         at.x.fill(f64::NAN);
-        InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius, relative }
+        InfeasibilityCertificate { status: Status::PrimalInfeasible, at, radius }
     }
 
     /// That no dual point is.
     fn dual_infeasible(&self, entries: &[f64]) -> InfeasibilityCertificate {
         let mut at = self.point(entries, false);
-        let (radius, relative) = dual_radius(self.problem, &mut at);
+        let radius = dual_radius(self.problem, &mut at);
         at.y.fill(f64::NAN);
         at.z.fill(f64::NAN);
-        InfeasibilityCertificate { status: Status::DualInfeasible, at, radius, relative }
+        InfeasibilityCertificate { status: Status::DualInfeasible, at, radius }
     }
 
     /// Read (x, y, z) and perhaps s from entries in the user's scaling, into the user's rows.
@@ -386,7 +330,7 @@ impl FinishedAttempt<'_> {
     }
 
     fn accept(&self, found: &InfeasibilityCertificate) -> Solution {
-        let (none, radius) = (f64::NAN, found.radius);
+        let (none, radius) = (f64::NAN, found.radius.plain);
         let certificate = Certificate { primal_residual: none, dual_residual: none, gap: none, radius };
         let (infinite, message) = if found.status == Status::PrimalInfeasible {
             let proved = if radius.is_finite() {

@@ -216,17 +216,15 @@ impl Problem {
     pub fn same_pattern(&self, other: &Self) -> Result<(), Error> {
         let absent =
             |p: &Self, q: &Self| p.h.iter().map(|h| h.is_finite()).eq(q.h.iter().map(|h| h.is_finite()));
-        let parts = [
-            ("P", self.p.same_pattern(&other.p)),
-            ("A", self.a.same_pattern(&other.a)),
-            ("G", self.g.same_pattern(&other.g)),
-            ("cones", self.cones == other.cones),
-            ("h", absent(self, other)),
-        ];
-        match parts.iter().find(|(_, same)| !same) {
-            Some(&(argument, _)) => Err(Error::PatternChanged { argument }),
-            None => Ok(()),
-        }
+        let argument = match () {
+            () if !self.p.same_pattern(&other.p) => "P",
+            () if !self.a.same_pattern(&other.a) => "A",
+            () if !self.g.same_pattern(&other.g) => "G",
+            () if self.cones != other.cones => "cones",
+            () if !absent(self, other) => "h",
+            () => return Ok(()),
+        };
+        Err(Error::PatternChanged { argument })
     }
 
     /// Number of variables.

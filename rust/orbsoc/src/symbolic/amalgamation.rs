@@ -1,6 +1,5 @@
 //! Node amalgamation: adjacent runs of columns share a panel, though none is the parent of the one before it.
 
-use crate::symbolic::indices::index;
 use crate::symbolic::supernodes::{Kind, Panels, Run, MAX_LEAF_ROWS, MAX_SCATTERED_ROWS};
 use core::ops::Range;
 use std::borrow::Cow;
@@ -35,7 +34,7 @@ pub(crate) fn amalgamated<'a>(
     join(&mut runs, leaves);
     match panels {
         Panels::Exact => {}
-        Panels::Relaxed | Panels::Lanes => simplicial(&mut runs, rows_of),
+        Panels::Relaxed | Panels::Lanes => simplicial(&mut runs),
     }
     runs
 }
@@ -164,10 +163,7 @@ fn leaves(before: &Run, next: &Run) -> Option<Kind> {
 
 /// Rows below each column, where they may be leaves: few, and not better kept as twins.
 fn rows_of_each_leaf(run: &Run) -> Option<usize> {
-    let rows = match run.kind {
-        Kind::Leaves => run.rows.len() / run.width,
-        _ => run.rows.len(),
-    };
+    let rows = run.rows.len();
     let single = match run.kind {
         Kind::Supernode => run.width == 1,
         Kind::IndependentTwins => run.diagonal_size == 1 && run.width < MIN_TWINS_KEPT,
@@ -178,49 +174,23 @@ fn rows_of_each_leaf(run: &Run) -> Option<usize> {
 }
 
 /// Take in columns that depend on none of these.
-fn merge(run: &mut Run, next: &mut Run, kind: Kind) {
-    if kind == Kind::Leaves {
-        make_leaves(run);
-        make_leaves(next);
-        run.rows.to_mut().extend_from_slice(&next.rows);
-    }
+fn merge(run: &mut Run, next: &Run, kind: Kind) {
     run.width += next.width;
     run.nearest = run.nearest.min(next.nearest);
     run.entries += next.entries;
     run.kind = kind;
 }
 
-/// Repeat the rows for each column.
-fn make_leaves(run: &mut Run) {
-    if run.kind != Kind::Leaves {
-        run.rows = Cow::Owned(run.rows.repeat(run.width));
-        run.kind = Kind::Leaves;
-    }
-}
-
 /// Neighbours of few entries each become simplicial columns, whether one depends on another or not.
-fn simplicial<'a>(runs: &mut Vec<Run<'a>>, rows_of: impl Fn(usize) -> &'a [u32]) {
+fn simplicial(runs: &mut Vec<Run<'_>>) {
     let kind = |run: &Run| matches!(run.kind, Kind::Supernode | Kind::IndependentTwins);
     let slight = |run: &Run| kind(run) && run.stored_entries() <= 1 + MAX_SCATTERED_ROWS;
     runs.dedup_by(|next, last| {
         let joins = slight(next) && (last.kind == Kind::Simplicial || slight(last));
         if joins {
-            make_simplicial(last, &rows_of);
-            make_simplicial(next, &rows_of);
+            (last.kind, last.diagonal_size) = (Kind::Simplicial, 1);
             last.width += next.width;
-            last.rows.to_mut().extend_from_slice(&next.rows);
-            last.lengths.append(&mut next.lengths);
         }
         joins
     });
-}
-
-/// Each column's own rows, instead of those that its panel has.
-fn make_simplicial<'a>(run: &mut Run, rows_of: impl Fn(usize) -> &'a [u32]) {
-    if run.kind != Kind::Simplicial {
-        let columns = run.first..run.end();
-        run.lengths = columns.clone().map(|j| index(rows_of(j).len())).collect();
-        run.rows = columns.flat_map(|j| rows_of(j).iter().copied()).collect();
-        (run.kind, run.diagonal_size) = (Kind::Simplicial, 1);
-    }
 }

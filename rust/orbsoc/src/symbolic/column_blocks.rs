@@ -38,17 +38,17 @@ pub(crate) fn column_blocks<'a>(columns: usize, rows: impl Fn(usize) -> &'a [u32
             _ => out.push(ColumnBlock { columns: j..j + 1, uniformity }),
         }
     }
-    let mut joined: Vec<ColumnBlock> = Vec::with_capacity(out.len());
-    for mut block in out {
-        if block.columns.len() < MIN_COLUMNS {
-            block.uniformity = Uniformity::General;
-        }
-        match joined.last_mut() {
-            Some(last) if last.uniformity == block.uniformity => last.columns.end = block.columns.end,
-            _ => joined.push(block),
-        }
+    for block in out.iter_mut().filter(|block| block.columns.len() < MIN_COLUMNS) {
+        block.uniformity = Uniformity::General;
     }
-    joined
+    out.dedup_by(|block, last| {
+        let joins = last.uniformity == block.uniformity;
+        if joins {
+            last.columns.end = block.columns.end;
+        }
+        joins
+    });
+    out
 }
 
 fn shape(rows: &[u32]) -> Uniformity {

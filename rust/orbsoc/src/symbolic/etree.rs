@@ -25,13 +25,8 @@ fn analyse<'a>(
     simplicial::prefactorize_symbolic_cholesky(parent, counts, upper, MemStack::new(&mut memory))
 }
 
-/// Row indices of each column of L, diagonal first, ascending.
-pub(crate) fn columns_of_l(upper: &Upper) -> Result<(Vec<u32>, Vec<u32>), Error> {
-    let l = pattern_of_l(upper)?;
-    Ok((l.col_ptr().to_vec(), l.row_idx().to_vec()))
-}
-
-fn pattern_of_l(upper: &Upper) -> Result<simplicial::SymbolicSimplicialCholesky<u32>, Error> {
+/// Where the columns of L begin, and their row indices, diagonal first, ascending.
+pub(crate) fn columns_of_l(upper: &Upper) -> Result<simplicial::SymbolicSimplicialCholesky<u32>, Error> {
     let (dim, upper) = (upper.dim(), upper.faer());
     let (mut parent, mut counts) = (vec![0; dim], vec![0; dim]);
     let tree = analyse(upper, &mut parent, &mut counts);
@@ -46,7 +41,7 @@ fn pattern_of_l(upper: &Upper) -> Result<simplicial::SymbolicSimplicialCholesky<
 
 /// Whether the matrix with these entries, one for each position, has a Cholesky factor.
 pub(crate) fn has_cholesky_factor(upper: &Upper, entries: &[f64]) -> Result<bool, Error> {
-    let l = pattern_of_l(upper)?;
+    let l = columns_of_l(upper)?;
     let mut factor_values = vec![0.0; l.len_val()];
     let scratch = simplicial::factorize_simplicial_numeric_llt_scratch::<u32, f64>(upper.dim());
     let mut memory = MemBuffer::new(scratch);

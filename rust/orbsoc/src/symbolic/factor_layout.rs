@@ -144,9 +144,13 @@ pub(crate) struct Symbolic {
 impl Symbolic {
     /// Analyse a matrix that is already in its final order.
     pub fn new(upper: &Upper, panels: Panels) -> Result<Self, Error> {
-        let (colptr, rowidx) = columns_of_l(upper)?;
+        let l = columns_of_l(upper)?;
+        let (colptr, rowidx) = (l.col_ptr(), l.row_idx());
         let mut out = Self::default();
-        let owner = out.find_supernodes(&colptr, &rowidx, panels);
+        out.row_structure.reserve(rowidx.len() - upper.dim());
+        out.relative_rows.reserve(rowidx.len() - upper.dim());
+        out.entry_targets.reserve(upper.nnz());
+        let owner = out.find_supernodes(colptr, rowidx, panels);
         out.resolve_updates(&owner);
         out.locate_entries(upper, &owner);
         out.locate_condensed(upper);
@@ -164,42 +168,45 @@ impl Symbolic {
         let mut owner = vec![0; dim];
         let rows_of = |j: usize| &rowidx[colptr[j] as usize + 1..colptr[j + 1] as usize];
         for run in amalgamated(supernodes(dim, panels, rows_of), panels, rows_of) {
-            let rows = match run.kind {
-                Kind::Supernode | Kind::IndependentTwins | Kind::Condensed => run.rows.len(),
-                Kind::Leaves => run.rows.len() / run.width,
-                Kind::Simplicial => run.lengths.iter().copied().max().unwrap_or(0) as usize,
-            };
+            let columns = run.first..run.end();
+            let row_begin = self.row_structure.len();
+            let mut rows = run.rows.len();
+            let starts = self.starts.len();
+            if run.kind == Kind::Simplicial {
+                rows = columns.clone().map(|j| rows_of(j).len()).max().unwrap_or(0);
+                self.starts.push(0);
+            }
+            if matches!(run.kind, Kind::Leaves | Kind::Simplicial) {
+                for j in columns.clone() {
+                    self.row_structure.extend_from_slice(rows_of(j));
+                    if run.kind == Kind::Simplicial {
+                        self.starts.push(index(self.row_structure.len() - row_begin));
+                    }
+                }
+            } else {
+                self.row_structure.extend_from_slice(&run.rows);
+            }
             let leading_dim = run.diagonal_size + rows;
-            owner[run.first..run.first + run.width].fill(index(self.supernodes.len()));
+            owner[columns].fill(index(self.supernodes.len()));
             let node = Supernode {
                 kind: run.kind,
                 first: run.first,
                 width: run.width,
                 diagonal_size: run.diagonal_size,
-                row_range: (self.row_structure.len(), self.row_structure.len() + run.rows.len()),
+                row_range: (row_begin, self.row_structure.len()),
                 leading_dim,
                 panel: self.panel_entries,
                 updates: (0, 0),
                 scatter_range: None,
-                starts: self.starts.len(),
+                starts,
                 gather: 0,
             };
-            if node.kind == Kind::Simplicial {
-                let ends = run.lengths.iter().scan(0, |end, length| {
-                    *end += length;
-                    Some(*end)
-                });
-                self.starts.push(0);
-                self.starts.extend(ends);
-            }
             self.supernodes.push(node);
             let condensed = run.kind == Kind::Condensed;
             self.substitution_scratch =
                 self.substitution_scratch.max(if condensed { run.width } else { rows });
-            let next = if node.kind == Kind::Simplicial { run.first } else { run.first + run.width };
-            let next = index(next);
-            self.relative_rows.extend(run.rows.iter().map(|&row| row - next));
-            self.row_structure.extend_from_slice(&run.rows);
+            let next = index(if node.kind == Kind::Simplicial { run.first } else { run.end() });
+            self.relative_rows.extend(self.row_structure[row_begin..].iter().map(|&row| row - next));
             self.panel_entries += node.stored_entries();
             let beside = if node.kind == Kind::Simplicial { leading_dim } else { run.width * leading_dim };
             self.max_panel = self.max_panel.max(beside);

@@ -174,16 +174,23 @@ impl EliminationForest {
 
     /// Find the rows of a column of L: the matrix's own, and its children's.
     fn find(&mut self, j: u32) {
-        let mut found = self.below(j).to_vec();
-        for &child in self.children(j) {
-            // Its first row is this column.
-            found.extend_from_slice(&self.below(child)[1..]);
-        }
-        found.sort_unstable();
-        found.dedup();
         let begin = self.rows.len();
-        self.rows.append(&mut found);
-        self.below[j as usize] = begin..self.rows.len();
+        self.rows.extend_from_within(self.below[j as usize].clone());
+        for child in self.begins[j as usize]..self.begins[j as usize + 1] {
+            // Its first row is this column.
+            let Range { start, end } = self.below[self.children[child as usize] as usize];
+            self.rows.extend_from_within(start + 1..end);
+        }
+        self.rows[begin..].sort_unstable();
+        let mut end = begin;
+        for k in begin..self.rows.len() {
+            if end == begin || self.rows[k] != self.rows[end - 1] {
+                self.rows[end] = self.rows[k];
+                end += 1;
+            }
+        }
+        self.rows.truncate(end);
+        self.below[j as usize] = begin..end;
     }
 
     /// Columns for the front, group after group.
@@ -265,7 +272,8 @@ mod tests {
                 positions.extend((0..j).filter(|_| numbers.unit() < density).map(|i| (i, j)));
             }
             let (upper, _) = Upper::from_positions(dim as usize, &positions);
-            let (colptr, rowidx) = columns_of_l(&upper).unwrap();
+            let l = columns_of_l(&upper).unwrap();
+            let (colptr, rowidx) = (l.col_ptr(), l.row_idx());
             let mut forest = EliminationForest::new(&upper);
             for j in 0..dim {
                 if !forest.children(j).is_empty() {

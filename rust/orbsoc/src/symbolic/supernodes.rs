@@ -44,10 +44,8 @@ pub(crate) struct Run<'a> {
     pub width: usize,
     /// Size of its diagonal blocks: the width of a supernode, one of single columns.
     pub diagonal_size: usize,
-    /// Row structure below its own columns; of leaves and simplicial columns, one column's after the other's.
+    /// Row structure below its own columns; of leaves and simplicial columns, the first one's: each has its own.
     pub rows: Cow<'a, [u32]>,
-    /// Number of them in each simplicial column.
-    pub lengths: Vec<u32>,
     /// The first of them; past all rows where there is none.
     pub nearest: usize,
     /// Entries of L among its columns.
@@ -58,8 +56,8 @@ impl<'a> Run<'a> {
     /// One column.
     fn of(first: usize, rows: &'a [u32]) -> Self {
         let nearest = rows.first().map_or(usize::MAX, |&row| row as usize);
-        let (rows, entries, lengths) = (Cow::Borrowed(rows), 1 + rows.len(), Vec::new());
-        Self { kind: Kind::Supernode, first, width: 1, diagonal_size: 1, rows, lengths, nearest, entries }
+        let (rows, entries) = (Cow::Borrowed(rows), 1 + rows.len());
+        Self { kind: Kind::Supernode, first, width: 1, diagonal_size: 1, rows, nearest, entries }
     }
 
     /// The first column that is not its own.

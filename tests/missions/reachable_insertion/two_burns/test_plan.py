@@ -127,7 +127,7 @@ def test_between_the_burns_the_attitude_turns_on_a_great_circle() -> None:
 
 def test_figures_are_written(raised: TwoBurnPlan, tmp_path: Path) -> None:
     files = raised.figures(tmp_path)
-    assert [each.name for each in files] == ["orbit.png", "history.png", "attitude.png"]
+    assert [each.name for each in files] == ["space.png", "orbit.png", "history.png", "attitude.png"]
     assert all((tmp_path / each.name).stat().st_size > 10_000 for each in files)
     assert "<img" in raised._repr_html_()
 
@@ -226,6 +226,7 @@ def test_the_command_plans_prices_and_reports(tmp_path: Path) -> None:
         "orbit.png",
         "plan.json",
         "report.html",
+        "space.png",
     ]
     page = (tmp_path / "raise" / "report.html").read_text(encoding="utf-8")
     assert "two burns" in page

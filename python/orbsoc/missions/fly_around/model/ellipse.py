@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from math import cos, pi, sin
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
-
-Array = NDArray[np.float64]
 
 
 def ellipse_axes(angles_rad: ArrayLike) -> Array:

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire, DriftEllipse
 
 from .ellipse import Ellipse
-
-Array = NDArray[np.float64]
 
 SAMPLES = 64
 """Intervals of an arc at which its error is looked at; a parabola finds the largest between them."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.uncertainty import Uncertainty
+from orbsoc.orbit.array import Array
 
 from .flight import Flight
 from .waypoints import required_size
-
-Array = NDArray[np.float64]
 
 SAMPLES = 12
 

@@ -9,13 +9,12 @@ from __future__ import annotations
 from math import ceil
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.orbit.array import Array
 
 from .flight import Flight
-
-Array = NDArray[np.float64]
 
 CLOSE = 1e-9
 """Of the tolerance: how near to it an arc's error must come."""

@@ -12,7 +12,6 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.problem import Problem
@@ -20,11 +19,10 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.conic.verify import project_dual
 from orbsoc.guidance.scp import Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight
 from .fewest import SAMPLES, TOLERANCE, even_bound
-
-Array = NDArray[np.float64]
 
 PIECES = 24
 POINTS = 8

@@ -17,7 +17,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.problem import Problem
@@ -25,11 +24,10 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.conic.verify import project_dual
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight
 from ..model.waypoints import effort
-
-Array = NDArray[np.float64]
 
 COAST_SAMPLES = 4000
 SAMPLES = 8

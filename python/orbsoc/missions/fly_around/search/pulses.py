@@ -6,9 +6,9 @@ from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight
 from ..model.margin import margin_m
@@ -17,9 +17,7 @@ from ..scenario import Scenario
 from .coasting import coasting_bound
 from .fewest import COAST_SAMPLES, Bound, coast_end, even_bound, first_shares, partition
 from .times import least_error
-from .tube import Note, NoTube, Tube, cheapest
-
-Array = NDArray[np.float64]
+from .tube import Note, NoTube, Revolution, Tube, cheapest
 
 HEADROOM = 0.02
 """Of the tolerance: the search for times ends where the least error is so far below it."""
@@ -169,22 +167,11 @@ class Searcher:
         return later if self.within(pulses, later) else found
 
     def _programme(self, times_s: Array, limit: float, *, coast: bool) -> Tube | NoTube:
-        near = least_error(
-            self.flight, self.start, times_s, self.end_s, solve=self.solve, note=self.note,
-            enough_m=(1.0 - HEADROOM) * limit, coast=coast,
-        )  # fmt: skip
+        whole = Revolution(self.flight, self.start, self.end_s, self.solve, self.note, coast=coast)
+        near = least_error(whole, times_s, (1.0 - HEADROOM) * limit)
         if isinstance(near, NoTube) or near.error_m > limit:
             return near
-        return cheapest(
-            self.flight,
-            self.start,
-            near.programme.times_s,
-            self.end_s,
-            limit,
-            solve=self.solve,
-            note=self.note,
-            coast=coast,
-        )
+        return cheapest(whole, near.programme.times_s, limit)
 
     def within(self, pulses: int, found: Tube | NoTube) -> bool:
         """Whether a programme is within its limit."""

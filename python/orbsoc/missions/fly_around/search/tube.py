@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.builder import ConicBuilder, Term
 from orbsoc.conic.problem import Problem
@@ -19,10 +19,10 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.impulses import KICK, ImpulseProgramme, Impulses
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.flight import Flight, Flown, fly
 
-Array = NDArray[np.float64]
 Goal = Literal["error", "dv"]
 Note = Callable[[Iteration], None]
 
@@ -69,30 +69,43 @@ class NoTube:
     reason: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Revolution:
+    """What all tube problems of a plan share: the flight from a state (6,) to an end, who solves them, and who is told.
+
+    The tube is enforced at the ends of `samples` intervals of every arc. With `coast` the pulse at the start is zero.
+    """
+
+    flight: Flight
+    start: Array
+    end_s: float
+    solve: Solve
+    note: Note = lambda _: None
+    samples: int = SAMPLES
+    coast: bool = False
+
+
 def tube_impulses(
-    flight: Flight,
-    start: ArrayLike,
+    whole: Revolution,
     times_s: Array,
-    end_s: float,
     goal: Goal,
     tolerance_m: float = np.inf,
     between_m: ArrayLike = 0.0,
     *,
-    samples: int = SAMPLES,
     about: Flown | None = None,
-    coast: bool = False,
 ) -> Impulses:
     """min e, or min Σ‖dv‖, with ‖r(t) − path(t)‖ ≤ e, or ≤ the tolerance, less `between_m` (N,), at samples of every arc.
 
     States are linked: of one arc's rows only its own unknowns are part. With a flight `about` which to linearise, all
-    pulses may move, and the samples of the arcs with them. With `coast` the pulse at the start is zero.
+    pulses may move, and the samples of the arcs with them.
     """
+    flight, end_s, samples = whole.flight, whole.end_s, whole.samples
     movable = None if about is None else about.programme.dv_m_s
     builder = ConicBuilder()
     impulses = Impulses(
-        builder, flight.motion, times_s, start, forced=_forced(flight), linked=True, movable=movable
+        builder, flight.motion, times_s, whole.start, forced=_forced(flight), linked=True, movable=movable
     )
-    if coast:
+    if whole.coast:
         builder.equality([(impulses.dv.index[0], np.eye(3))], 0.0)
     error = builder.variable("error", 1) if goal == "error" else None
     if error is not None:
@@ -140,63 +153,35 @@ def _moving_samples(flight: Flight, impulses: Impulses, about: Flown, k: int, sh
 
 
 def solve_tube(
-    flight: Flight,
-    start: ArrayLike,
-    times_s: Array,
-    end_s: float,
-    goal: Goal,
-    tolerance_m: float = np.inf,
-    between_m: ArrayLike = 0.0,
-    *,
-    solve: Solve,
-    note: Note,
-    samples: int = SAMPLES,
-    coast: bool = False,
+    whole: Revolution, times_s: Array, goal: Goal, tolerance_m: float = np.inf, between_m: ArrayLike = 0.0
 ) -> Tube | NoTube:
     """Solve one tube problem and fly its programme."""
-    impulses = tube_impulses(
-        flight, start, times_s, end_s, goal, tolerance_m, between_m, samples=samples, coast=coast
-    )
+    impulses = tube_impulses(whole, times_s, goal, tolerance_m, between_m)
     problem = impulses.builder.build()
-    solution = solve(problem, Settings(tol=TOLERANCE))
+    solution = whole.solve(problem, Settings(tol=TOLERANCE))
     if solution.status not in USABLE:
-        note(Iteration(times_s.size, TOLERANCE, problem, solution))
+        whole.note(Iteration(times_s.size, TOLERANCE, problem, solution))
         infeasible = solution.status is Status.PRIMAL_INFEASIBLE
         return NoTube(solution, impulses.builder.why(solution) if infeasible else solution.message)
     programme = impulses.programme(solution)
-    if coast:
+    if whole.coast:
         programme = ImpulseProgramme(times_s, np.vstack([np.zeros(3), programme.dv_m_s[1:]]))
-    flown = fly(flight, start, programme, end_s)
+    flown = fly(whole.flight, whole.start, programme, whole.end_s)
     figures = {"pulses": times_s.size, "error_m": flown.largest_error_m, "dv_m_s": programme.total_m_s}
-    note(Iteration(times_s.size, TOLERANCE, problem, solution, figures=figures))
-    return Tube(goal, impulses, problem, solution, programme, flown, _between(flight, flown, samples))
+    whole.note(Iteration(times_s.size, TOLERANCE, problem, solution, figures=figures))
+    return Tube(goal, impulses, problem, solution, programme, flown, _between(whole, flown))
 
 
-def cheapest(
-    flight: Flight,
-    start: ArrayLike,
-    times_s: Array,
-    end_s: float,
-    tolerance_m: float,
-    between_m: ArrayLike = 0.0,
-    *,
-    solve: Solve,
-    note: Note,
-    samples: int = SAMPLES,
-    coast: bool = False,
-) -> Tube | NoTube:
+def cheapest(whole: Revolution, times_s: Array, tolerance_m: float) -> Tube | NoTube:
     """The least Σ‖dv‖ within the tolerance, between the samples too: each arc gives up what its flight exceeds.
 
-    The pattern stays the same from round to round, only right-hand sides move. `between_m` is a first guess. The last
-    programme found is returned when the next round has none; its excess is in `Tube.error_m`.
+    The pattern stays the same from round to round, only right-hand sides move. The last programme found is returned when
+    the next round has none; its excess is in `Tube.error_m`.
     """
-    between = np.broadcast_to(np.asarray(between_m, dtype=np.float64), times_s.shape)
+    between = np.zeros(times_s.size)
     found: Tube | None = None
     for _ in range(GUARD_ROUNDS):
-        after = solve_tube(
-            flight, start, times_s, end_s, "dv", tolerance_m, between,
-            solve=solve, note=note, samples=samples, coast=coast,
-        )  # fmt: skip
+        after = solve_tube(whole, times_s, "dv", tolerance_m, between)
         if isinstance(after, NoTube):
             return after if found is None else found
         found = after
@@ -208,8 +193,9 @@ def cheapest(
     return found
 
 
-def _between(flight: Flight, flown: Flown, samples: int) -> Array:
+def _between(whole: Revolution, flown: Flown) -> Array:
     """Of each arc, the largest rise of the error over both ends of an interval between samples, (N,)."""
+    flight, samples = whole.flight, whole.samples
     ends = np.append(flown.programme.times_s, flown.end_s)
     found = np.empty(len(flown.programme))
     for k, dv in enumerate(flown.programme.dv_m_s):

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BURN, panels, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.safety import CutBurn
+from orbsoc.orbit.array import Array
 
 from ..planner import ApproachPlan
 from ..verification import LIMIT_M
@@ -20,7 +20,6 @@ from .charts import KEEP_OUT, SHOWN, STAR, UNSAFE, colour, labelled, legend
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 AXES = "V-bar, x (m)", "R-bar, z to nadir (m)"
 
 

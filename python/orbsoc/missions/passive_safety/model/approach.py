@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from math import cos, pi, radians, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import Elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
 
 from ..scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

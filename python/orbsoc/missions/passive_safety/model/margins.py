@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.uncertainty import drift_rows
+from orbsoc.orbit.array import Array
 
 from .approach import Approach, after_half_orbit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

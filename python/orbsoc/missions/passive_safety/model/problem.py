@@ -10,17 +10,15 @@ from collections.abc import Sequence
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from orbsoc.conic.builder import ConicBuilder, Term
 from orbsoc.guidance.impulses import Impulses
+from orbsoc.orbit.array import Array, Index
 
 from ..scenario import DEFAULT_SAMPLES
 from .approach import Approach, after_half_orbit, cone_rows
 from .margins import Margins
-
-Array = NDArray[np.float64]
 
 HALF_PLANE_SAMPLES = 72
 """An orbit, of a drift that must stay short of the target."""
@@ -231,7 +229,7 @@ def _stays_short(
     impulses.below(at, n * approach.ahead * rows, -n * (approach.keep_out_m + margin), name=name)
 
 
-def _sizes(approach: Approach, impulses: Impulses, k: int, share: float) -> list[NDArray[np.intp]]:
+def _sizes(approach: Approach, impulses: Impulses, k: int, share: float) -> list[Index]:
     """Columns whose sum bounds the size of the k-th impulse, as one item; none where no share of it counts."""
     if not share:
         return []

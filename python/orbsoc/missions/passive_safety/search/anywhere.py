@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import Generated, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach
 from ..model.problem import assemble
-
-Array = NDArray[np.float64]
 
 FIRST = 25
 """Times of the first round, equally spaced."""

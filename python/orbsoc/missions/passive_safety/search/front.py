@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Status
 from orbsoc.guidance.scp import Solve
 
 from ..model.approach import Approach
@@ -60,8 +59,6 @@ def _cost(approach: Approach, duration_s: float, orbits: int, solve: Solve) -> f
         rest = np.linspace(second, duration_s, CANDIDATES + 1)
         times = np.concatenate([[0.0], rest if varied.capture_velocity is not None else rest[:-1]])
         solution = solve(assemble(varied, times).builder.build(), Settings())
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
         if usable(solution):
             best = min(best, solution.objective)
     return best

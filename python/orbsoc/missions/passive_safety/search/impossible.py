@@ -6,17 +6,15 @@ from collections.abc import Callable
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import Family, Impulses, Nowhere, nowhere_feasible
 from orbsoc.guidance.scp import Solve
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import DriftEllipse
 
 from ..model.approach import Approach
 from ..model.margins import Margins
 from ..model.problem import assemble, first_leg
-
-Array = NDArray[np.float64]
 
 LARGEST_M_S = 100.0
 """Of an impulse's components in the proof: the largest speed that a scenario may state."""

@@ -14,13 +14,19 @@ from dataclasses import dataclass, field, replace
 from math import ceil, inf, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.impulses import ImpulseProgramme, Impulses, Nowhere, primer_ceiling
+from orbsoc.guidance.impulses import (
+    INSTANTS,
+    ImpulseProgramme,
+    Impulses,
+    Nowhere,
+    primer_arcs,
+    primer_ceiling,
+)
 from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach
 from ..model.margins import Margins
@@ -28,8 +34,6 @@ from ..model.problem import GIVEN_UP, MISS, assemble
 from ..scenario import DEFAULT_COUNT
 from .anywhere import generated_anywhere
 from .impossible import proved_impossible
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
 ACCEPTED = 1e-6
@@ -45,6 +49,10 @@ SMALL = 1e-5
 FEWER = 1e-3
 """Of the cost that a generated plan may give away for fewer impulses: where the bound of safety is followed for a while,
 the optimum is a long row of small ones."""
+PRIMER_ROUNDS, TOO_LONG = 3, 1.0 + 1e-4
+"""Of times added to a generated plan in the middle of arcs on which the primer is longer than that."""
+MANY = 16
+"""Impulses after the second; of more, a quarter is left out at a time."""
 LEAST_BROKEN = 8
 """Times, of those that break the conditions least, at which the whole problem is tried."""
 WITHIN_S = 0.02
@@ -83,6 +91,8 @@ class Timed:
     densest: Trial | None = field(default=None, repr=False)
     """Of a generated plan, the optimum over all candidate times."""
 
+    later: float | None = None
+    """Below the cost of every programme with the plan's first two times and impulses at any later times."""
     primer: tuple[float, float] | None = None
     """Of a plan generated over the whole window: the largest primer at `INSTANTS`, and a ceiling between them."""
     relaxed: int = 0
@@ -120,7 +130,7 @@ def usable(solution: Solution) -> bool:
 def plan_times(
     approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None = None
 ) -> Timed:
-    """Solve the scenario's problem with its timing. Raises KeyboardInterrupt where a solve was interrupted."""
+    """Solve the scenario's problem with its timing. `solve` raises KeyboardInterrupt where it was interrupted."""
     trials: list[Trial] = []
 
     def attempt(times: Array) -> Trial:
@@ -128,8 +138,6 @@ def plan_times(
         impulses = assemble(approach, times, margins=margins)
         problem = impulses.builder.build()
         solution = solve(problem, Settings(tol=TOLERANCE))
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
         cost = solution.objective if usable(solution) else inf
         figures = {"second_s": float(times[min(1, times.size - 1)]), "cost_m_s": cost}
         row = Iteration(len(trials) + 1, TOLERANCE, problem, solution, figures=figures)
@@ -170,18 +178,12 @@ def plan_times(
     if all(trial.solution.status is Status.PRIMAL_INFEASIBLE for trial in trials):
         return replace(found, nowhere=_nowhere(approach, solve))
     if approach.scenario.impulses.timing == "generated" and found.best is not None:
-        return _fewer(found, attempt, trials)
+        return _fewer(_any_later(approach, found, attempt), attempt, trials)
     return found
 
 
 def _anywhere(approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None) -> Timed:
     """Impulses at any times, by primer rounds."""
-
-    def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
-        solution = solve(problem, settings)
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        return solution
 
     def row(found: Iteration, impulses: Impulses) -> Trial:
         cost = found.solution.objective if usable(found.solution) else inf
@@ -192,7 +194,7 @@ def _anywhere(approach: Approach, solve: Solve, callback: Callable[[Iteration], 
         if callback is not None:
             callback(iteration)
 
-    found, built = generated_anywhere(approach, uninterrupted, note)
+    found, built = generated_anywhere(approach, solve, note)
     trials = tuple(row(each, made) for each, made in zip(found.subproblems, built, strict=True))
     best = next(trial for trial in trials if trial.solution is found.solution)
     if best.cost == inf:
@@ -229,8 +231,6 @@ def _least_broken(approach: Approach, solve: Solve, latest_s: float) -> tuple[li
             times = times_after(approach, second, CANDIDATES[0])
             impulses = assemble(approach, times, margins=Margins.of(approach, times.size), relaxed=True)
             solution = solve(impulses.builder.build(), Settings(tol=TOLERANCE))
-            if solution.status is Status.INTERRUPTED:
-                raise KeyboardInterrupt
             gaps = [float(impulses.builder.value(solution, name)[0]) for name in (MISS, GIVEN_UP)]
             tried[second] = sum(gaps) if usable(solution) else inf
         return tried[second]
@@ -279,26 +279,58 @@ def _golden(cost: Callable[[float], float], low: float, high: float) -> None:
             at_two = cost(two)
 
 
+def _any_later(approach: Approach, found: Timed, attempt: Callable[[Array], Trial]) -> Timed:
+    """With impulses at more times between the candidates, where the primer asks for them, and the bound for all of them.
+
+    Nothing with conditions that hold of one drift only, or at samples: another impulse would end them.
+    """
+    best, bound = found.best, 0.0
+    assert best is not None
+    if approach.scenario.safety != "cone" or approach.scenario.interruption_orbits:
+        return found
+    for number in range(PRIMER_ROUNDS + 1):
+        times, solution = best.impulses.times_s, best.solution
+        arcs = primer_arcs(
+            best.impulses, solution, (float(times[1]), approach.duration_s), INSTANTS // PRIMER_ROUNDS
+        )
+        bound = max(bound, solution.dual_objective / max(1.0, float(arcs[:, 3].max())))
+        long = arcs[:, 3] > TOO_LONG
+        if not long.any() or number == PRIMER_ROUNDS:
+            break
+        denser = attempt(np.union1d(times, arcs[long, :2].mean(axis=1)))
+        if denser.cost == inf:
+            break
+        best = denser
+    programme = best.impulses.programme(best.solution)
+    programme = programme.without_small(SMALL * programme.total_m_s)
+    return replace(found, best=best, programme=programme, later=bound)
+
+
 def _fewer(found: Timed, attempt: Callable[[Array], Trial], trials: list[Trial]) -> Timed:
-    """The plan without its smallest impulses after the second, one by one, as long as that costs next to nothing.
+    """The plan without its smallest impulses after the second, as long as that costs next to nothing: many at a time while
+    there are many, then one by one.
 
     The first two stay, whatever their sizes: the rules of the first drift are theirs.
     """
     densest, programme = found.best, found.programme
     assert densest is not None
     assert programme is not None
-    best, times = densest, densest.impulses.times_s
+    best, times, count, together = densest, densest.impulses.times_s, 1, True
     kept = np.unique(np.concatenate([times[:2], programme.times_s, times[-1:] if found.ends else []]))
     while True:
         trial = attempt(kept)
-        if trial.cost > densest.cost * (1.0 + FEWER):
+        if trial.cost <= densest.cost * (1.0 + FEWER):
+            best = trial
+        elif count == 1:
             break
-        best = trial
-        sizes = trial.impulses.programme(trial.solution).sizes_m_s
+        else:
+            together = False
+        sizes = best.impulses.programme(best.solution).sizes_m_s
         inner = sizes[2 : sizes.size - found.ends]
         if not inner.size:
             break
-        kept = np.delete(kept, 2 + int(inner.argmin()))
+        count = inner.size // 4 if together and inner.size > MANY else 1
+        kept = np.delete(best.impulses.times_s, 2 + np.argsort(inner, kind="stable")[:count])
     programme = best.impulses.programme(best.solution)
     worth = programme.worth_firing
     worth[:2] = True

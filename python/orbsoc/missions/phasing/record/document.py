@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from orbsoc.orbit import EARTH
-
 from ..dispersion.replanning import Surprised
 from ..model.uncertain import Meeting
 from ..planner import PhasingPlan
@@ -55,7 +53,7 @@ def plan_document(plan: PhasingPlan) -> dict[str, Any]:
         "certificates": _certificates(plan),
         "subproblems": [row.to_dict() for row in plan.subproblems],
         "paper": [],
-        "constants": EARTH.to_dict(),
+        "constants": plan.scenario.constants.to_dict(),
         "scenario": plan.scenario.model_dump(mode="json"),
     }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from orbsoc.guidance.ccsds import InertialManoeuvre, Subject, oem, opm
@@ -19,6 +21,8 @@ def messages(scenario: Scenario, programme: ImpulseProgramme, flight: Flight) ->
     subject = Subject(
         f"{scenario.name} chaser", "the direction from which the scenario counts nodes", "the scenario's zero"
     )
+    about = scenario.constants
+    subject = replace(subject, center=about.center)
     turn, date = np.eye(3), scenario.chaser.epoch_utc
     if date is not None:
         zero = zero_utc(date, scenario.chaser.epoch_s)
@@ -33,5 +37,5 @@ def messages(scenario: Scenario, programme: ImpulseProgramme, flight: Flight) ->
     comment = f"{forces}; velocities step at the impulses, whose times have the state before them"
     return {
         "chaser.oem": oem(subject, flight.times_s, chaser, comment=comment),
-        "chaser.opm": opm(subject, float(flight.times_s[0]), chaser[0], manoeuvres=burns),
+        "chaser.opm": opm(subject, float(flight.times_s[0]), chaser[0], manoeuvres=burns, constants=about),
     }

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from os import PathLike
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, PrivateAttr, Strict, model_validator
 
+from orbsoc.guidance.body import central_body
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import Vector
-from orbsoc.orbit import Elements, elements_from_state, state_from_elements
+from orbsoc.orbit import EARTH, ConstantsSet, Elements, elements_from_state, state_from_elements
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
 
 from .orbits import in_own_keys
@@ -28,7 +29,7 @@ LATEST_H = 720.0
 class Body(Table):
     """Osculating elements in inertial axes at an epoch; or any form of the orbit table, which is turned to them when it is read."""
 
-    sma_km: float = Field(gt=6378.0, le=50_000.0)
+    sma_km: float = Field(gt=0.0, le=50_000.0)
     ecc: float = Field(ge=0.0, lt=1.0)
     inc_deg: float = Field(ge=0.0, le=180.0)
     raan_deg: float = Field(ge=-360.0, le=360.0)
@@ -47,10 +48,13 @@ class Body(Table):
         description="mean_j2: node and perigee turn at the secular rates of J2; of the chaser, until start_s",
     )
 
+    _about: ConstantsSet = PrivateAttr(default=EARTH)
+    """The scenario's body, which tells it."""
+
     @property
     def elements(self) -> Elements:
         angles = np.deg2rad([self.inc_deg, self.raan_deg, self.argp_deg, self.true_anomaly_deg])
-        return Elements(1e3 * self.sma_km, self.ecc, *map(float, angles))
+        return Elements(1e3 * self.sma_km, self.ecc, *map(float, angles), constants=self._about)
 
     @property
     def state(self) -> Array:
@@ -103,8 +107,8 @@ class Window(Table):
 class Limits(Table):
     """Of the orbits between burns."""
 
-    perigee_height_km: float = Field(default=150.0, ge=GROUND_KM, le=2000.0)
-    apogee_height_km: float = Field(default=3000.0, ge=GROUND_KM, le=40_000.0)
+    perigee_height_km: float = Field(default=150.0, ge=0.0, le=2000.0)
+    apogee_height_km: float = Field(default=3000.0, ge=0.0, le=40_000.0)
 
 
 class Engine(Table):
@@ -145,11 +149,15 @@ class Errors(Table):
 
 
 class Scenario(BaseScenario):
-    """A long approach: from one orbit to a target on another, both about an oblate Earth with air."""
+    """A long approach: from one orbit to a target on another, both about an oblate body, the Earth with air."""
+
+    ABOUT_THE_EARTH: ClassVar[str] = ""
 
     mission: Literal["phasing"]
     scheme: Literal["paper", "socp"] = "socp"
-    forces: Annotated[tuple[Literal["j2", "drag"], ...], Strict(False)] = ("j2", "drag")
+    forces: Annotated[tuple[Literal["j2", "drag"], ...], Strict(False)] = Field(
+        default=("j2", "drag"), description="about another body than the Earth j2 alone"
+    )
     chaser: Body
     target: Body
     window: Window
@@ -163,13 +171,17 @@ class Scenario(BaseScenario):
 
     def forces_on(self, ballistic_m2_kg: float) -> list[Force]:
         """On one body."""
+        about = self.constants
         drag = [Drag(ballistic_m2_kg)] if "drag" in self.forces and ballistic_m2_kg else []
-        return [PointMass(), *([J2()] if "j2" in self.forces else []), *drag]
+        return [PointMass(about), *([J2(about, about.j2)] if "j2" in self.forces else []), *drag]
 
     @model_validator(mode="before")
     @classmethod
     def _orbits(cls, given: Any) -> Any:
-        return in_own_keys(given) if isinstance(given, dict) else given
+        if not isinstance(given, dict):
+            return given
+        airless = "forces" not in given and central_body(given).name != "earth"
+        return in_own_keys({**given, "forces": ("j2",)} if airless else given)
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
@@ -178,10 +190,24 @@ class Scenario(BaseScenario):
 
     def _complaints(self) -> list[Complaint]:
         found: list[Complaint] = []
+        about, ground_km = self.body.name, GROUND_KM
+        if about != "earth":
+            ground_km = 0.0
+            if "drag" in self.forces:
+                found.append(
+                    Complaint("forces", f"{list(self.forces)}", "'drag' is of the Earth's air; leave it out")
+                )
+            for name, body in (("chaser", self.chaser), ("target", self.target)):
+                if body.epoch_utc is not None:
+                    allowed = f"is of the Earth's frames; leave it out where body.name = {about!r}, and give epoch_s"
+                    found.append(Complaint(f"{name}.epoch_utc", body.epoch_utc, allowed))
+        if self.limits.perigee_height_km < ground_km:
+            allowed = f"must be {ground_km:g} or more"
+            found.append(Complaint("limits.perigee_height_km", f"{self.limits.perigee_height_km:g}", allowed))
         for name, body in (("chaser", self.chaser), ("target", self.target)):
             perigee_km = body.elements.perigee_height_m() / 1e3
-            if perigee_km < GROUND_KM:
-                allowed = f"with sma_km = {body.sma_km:g} the perigee is at {perigee_km:.1f} km: must be {GROUND_KM:g} or higher"
+            if perigee_km < ground_km:
+                allowed = f"with sma_km = {body.sma_km:g} the perigee is at {perigee_km:.1f} km: must be {ground_km:g} or higher"
                 found.append(Complaint(f"{name}.ecc", f"{body.ecc:g}", allowed))
             if body.ballistic_m2_kg and "drag" not in self.forces:
                 allowed = (

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from orbsoc.guidance.body import central_body
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.orbit_input.beside import read_table
 from orbsoc.guidance.orbit_input.catalogue import parse_utc
 from orbsoc.guidance.scenario_file import Complaint, refuse
-from orbsoc.orbit import elements_from_state
+from orbsoc.orbit import ConstantsSet, elements_from_state
 
 OWN = ("sma_km", "ecc", "inc_deg", "raan_deg", "argp_deg", "true_anomaly_deg", "epoch_s")
 BODIES = ("chaser", "target")
@@ -41,7 +42,9 @@ def in_own_keys(document: Mapping[str, Any]) -> dict[str, Any]:
         name: read_table(name, Orbit, {key: value for key, value in table.items() if key not in BESIDE})
         for name, table in given.items()
     }
+    about = central_body(document).constants
     for name, orbit in orbits.items():
+        orbit._about = about
         refuse(vehicle_complaints(name, orbit))
     zero = orbits["chaser"].epoch
     dated = [name for name, orbit in orbits.items() if orbit.dated]
@@ -57,7 +60,7 @@ def in_own_keys(document: Mapping[str, Any]) -> dict[str, Any]:
             ]
         )
     turned = BODIES if zero is not None else other
-    return {**document, **{name: _own(name, given[name], orbits[name], zero) for name in turned}}
+    return {**document, **{name: _own(name, given[name], orbits[name], zero, about) for name in turned}}
 
 
 def zero_utc(chaser_epoch_utc: str, chaser_epoch_s: float) -> datetime:
@@ -65,9 +68,11 @@ def zero_utc(chaser_epoch_utc: str, chaser_epoch_s: float) -> datetime:
     return parse_utc(chaser_epoch_utc) - timedelta(seconds=chaser_epoch_s)
 
 
-def _own(name: str, table: Mapping[str, Any], orbit: Orbit, zero: datetime | None) -> dict[str, Any]:
+def _own(
+    name: str, table: Mapping[str, Any], orbit: Orbit, zero: datetime | None, about: ConstantsSet
+) -> dict[str, Any]:
     state = orbit.vector_in("TEME" if zero else None, zero)
-    found = elements_from_state(state[:3], state[3:])
+    found = elements_from_state(state[:3], state[3:], about)
     angles = {"inc_deg": found.inc_rad, "raan_deg": found.raan_rad, "argp_deg": found.argp_rad}
     own: dict[str, Any] = {
         "sma_km": found.sma_m / 1e3,

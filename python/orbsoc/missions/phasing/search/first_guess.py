@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
-from orbsoc.orbit import EARTH, Elements, elements_from_state
-from orbsoc.orbit.perturbations import EARTH_J2, fast_coast
+from orbsoc.orbit import EARTH, ConstantsSet, Elements, elements_from_state
+from orbsoc.orbit.perturbations import fast_coast
 
 from ..model.approach import Approach, Roll, approach_at, state_at
 from ..scenario import Scenario
@@ -42,15 +42,17 @@ class Phasing:
         return abs(self.into_m_s) + abs(self.out_m_s)
 
 
-def node_rate_rad_s(sma_m: float, ecc: float, inc_rad: float, power: int = 2) -> float:
+def node_rate_rad_s(
+    sma_m: float, ecc: float, inc_rad: float, power: int = 2, about: ConstantsSet = EARTH
+) -> float:
     """By J2, equation (2); `power` 1 is as printed, of 1 − e²."""
-    motion = sqrt(EARTH.mu_m3_s2 / sma_m**3)
-    shape = (EARTH.earth_radius_m / sma_m) ** 2 / (1.0 - ecc**2) ** power
-    return -1.5 * EARTH_J2 * motion * shape * cos(inc_rad)
+    motion = sqrt(about.mu_m3_s2 / sma_m**3)
+    shape = (about.earth_radius_m / sma_m) ** 2 / (1.0 - ecc**2) ** power
+    return -1.5 * about.j2 * motion * shape * cos(inc_rad)
 
 
-def elements(state: Array) -> Elements:
-    return elements_from_state(state[:3], state[3:])
+def elements(state: Array, about: ConstantsSet = EARTH) -> Elements:
+    return elements_from_state(state[:3], state[3:], about)
 
 
 def latitude_argument(orbit: Elements) -> float:
@@ -60,12 +62,12 @@ def latitude_argument(orbit: Elements) -> float:
 
 def plan_phasing(scenario: Scenario) -> Phasing:
     """Of the meetings that the window allows the cheapest. Raises ScenarioError where no phasing orbit meets the target."""
-    window = scenario.window
+    window, about = scenario.window, scenario.constants
     count = window.revolutions
     assert count is not None
     start_s = _plane_burn(scenario) if window.start_s is None else window.start_s
     after = state_at(scenario, "chaser", start_s)
-    orbit, goal = elements(after), scenario.target.elements
+    orbit, goal = elements(after, about), scenario.target.elements
     # the chaser passes where the target's apogee will be; both perigees drift by a few degrees, which shooting mends
     angle = (goal.argp_rad + pi - latitude_argument(orbit)) % tau
     phasing_s = window.phasing_s
@@ -78,19 +80,19 @@ def plan_phasing(scenario: Scenario) -> Phasing:
     others: list[float] = []
     for end_s in ends:
         turn_s = (end_s - phasing_s) / count
-        sma = (EARTH.mu_m3_s2 * (turn_s / tau) ** 2) ** (1.0 / 3.0)
+        sma = (about.mu_m3_s2 * (turn_s / tau) ** 2) ** (1.0 / 3.0)
         other = 2.0 * sma - radius
         low, high = sorted((radius, other))
-        others.append((other - EARTH.earth_radius_m) / 1e3)
+        others.append((other - about.earth_radius_m) / 1e3)
         limits = scenario.limits
         within = (
-            low - EARTH.earth_radius_m >= 1e3 * limits.perigee_height_km
-            and high - EARTH.earth_radius_m <= 1e3 * limits.apogee_height_km
+            low - about.earth_radius_m >= 1e3 * limits.perigee_height_km
+            and high - about.earth_radius_m <= 1e3 * limits.apogee_height_km
         )
         if within:
-            speeds = [sqrt(EARTH.mu_m3_s2 * (2.0 / radius - 1.0 / a)) for a in (orbit.sma_m, sma, goal.sma_m)]
+            speeds = [sqrt(about.mu_m3_s2 * (2.0 / radius - 1.0 / a)) for a in (orbit.sma_m, sma, goal.sma_m)]
             found.append(
-                Phasing(start_s, phasing_s, end_s, turn_s, other - EARTH.earth_radius_m,
+                Phasing(start_s, phasing_s, end_s, turn_s, other - about.earth_radius_m,
                         speeds[1] - speeds[0], speeds[2] - speeds[1])
             )  # fmt: skip
     if not found:
@@ -108,15 +110,18 @@ def plan_phasing(scenario: Scenario) -> Phasing:
 
 def plane_bias_m_s(scenario: Scenario, phasing: Phasing) -> float:
     """The normal velocity change that turns the node so that J2 brings both planes together at the meeting."""
-    at_start = elements(state_at(scenario, "chaser", phasing.start_s))
-    goal = elements(state_at(scenario, "target", phasing.end_s))
+    about = scenario.constants
+    at_start = elements(state_at(scenario, "chaser", phasing.start_s), about)
+    goal = elements(state_at(scenario, "target", phasing.end_s), about)
     radius = at_start.sma_m
-    apsis = EARTH.earth_radius_m + phasing.other_apsis_m
+    apsis = about.earth_radius_m + phasing.other_apsis_m
     sma, ecc = 0.5 * (radius + apsis), abs(apsis - radius) / (apsis + radius)
-    waiting = node_rate_rad_s(radius, 0.0, at_start.inc_rad) * (phasing.phasing_s - phasing.start_s)
-    phased = node_rate_rad_s(sma, ecc, at_start.inc_rad) * (phasing.end_s - phasing.phasing_s)
+    waiting = node_rate_rad_s(radius, 0.0, at_start.inc_rad, about=about) * (
+        phasing.phasing_s - phasing.start_s
+    )
+    phased = node_rate_rad_s(sma, ecc, at_start.inc_rad, about=about) * (phasing.end_s - phasing.phasing_s)
     turn = (goal.raan_rad - waiting - phased - at_start.raan_rad + pi) % tau - pi
-    speed = sqrt(EARTH.mu_m3_s2 / radius)
+    speed = sqrt(about.mu_m3_s2 / radius)
     return turn * sin(at_start.inc_rad) * speed / sin(latitude_argument(at_start))
 
 
@@ -178,7 +183,7 @@ def _plane_burn(scenario: Scenario) -> float:
     """The first time after both epochs at which the chaser is at argument of latitude 90° or 270°, where a normal burn turns
     the node alone, equation (1)."""
     begin = max(scenario.chaser.epoch_s, scenario.target.epoch_s)
-    orbit = elements(state_at(scenario, "chaser", begin))
+    orbit = elements(state_at(scenario, "chaser", begin), scenario.constants)
     angle = (0.5 * pi - latitude_argument(orbit)) % pi
     return begin + _coast_angle_s(orbit, angle)
 

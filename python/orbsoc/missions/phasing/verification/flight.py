@@ -143,7 +143,7 @@ def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight
 
 def _limits(scenario: Scenario, state: Array, t: float, number: int) -> list[Check]:
     """Of the osculating orbit after an impulse."""
-    orbit, limits = elements(state), scenario.limits
+    orbit, limits = elements(state, scenario.constants), scenario.limits
     low, high = 1e-3 * orbit.perigee_height_m(), 1e-3 * orbit.apogee_height_m()
     return [
         Check(f"perigee after impulse {number}", low - limits.perigee_height_km, "km", t),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import labels_in_line
-from orbsoc.orbit import EARTH, Thruster, elements_from_state
+from orbsoc.orbit import EARTH, ConstantsSet, Thruster, elements_from_state
 
 from ..verification import Arcs, Flight
 from .orbit import AFTER, BEFORE, BURN
@@ -47,13 +47,13 @@ class History:
         radius, speed = (np.linalg.norm(each, axis=1) for each in (r, v))
         along = v / speed[:, None]
         acceleration = thruster.acceleration_m_s2(times)
-        pull = -EARTH.mu_m3_s2 * r / radius[:, None] ** 3
+        pull = -flight.about.mu_m3_s2 * r / radius[:, None] ** 3
         forwards = np.einsum("ki,ki->k", flight.direction, along)
         brakes = bool(_integrated(acceleration * forwards, times)[-1] < 0.0)
         sign = -1.0 if brakes else 1.0
         mass = thruster.mass_kg - thruster.mass_flow_kg_s * times
         return replace(
-            cls.of_coast(times, states, thruster.mass_kg),
+            cls.of_coast(times, states, thruster.mass_kg, flight.about),
             brakes=brakes,
             mass_kg=mass,
             delta_v_m_s=thruster.thrust_n / thruster.mass_flow_kg_s * np.log(thruster.mass_kg / mass),
@@ -63,14 +63,14 @@ class History:
         )
 
     @classmethod
-    def of_coast(cls, times: Array, states: Array, mass_kg: float) -> History:
+    def of_coast(cls, times: Array, states: Array, mass_kg: float, about: ConstantsSet = EARTH) -> History:
         """Of states (K, 6) without thrust."""
-        orbits = [elements_from_state(x[:3], x[3:]) for x in states]
+        orbits = [elements_from_state(x[:3], x[3:], about) for x in states]
         still = np.zeros(len(times))
         return cls(
             False,
             times,
-            np.linalg.norm(states[:, :3], axis=1) - EARTH.earth_radius_m,
+            np.linalg.norm(states[:, :3], axis=1) - about.earth_radius_m,
             np.array([orbit.perigee_height_m() for orbit in orbits]),
             np.array([orbit.apogee_height_m() for orbit in orbits]),
             still + mass_kg,
@@ -83,7 +83,7 @@ class History:
         parts, spent = [], 0.0
         for k, (coast, burn) in enumerate(zip(arcs.coasts, arcs.burns, strict=True)):
             for at, part in enumerate((
-                cls.of_coast(coast.times_s, coast.states, thruster.mass_kg),
+                cls.of_coast(coast.times_s, coast.states, thruster.mass_kg, burn.about),
                 cls.of(thruster, burn),
             )):  # fmt: skip
                 times = part.times_s + arcs.starts_s[2 * k + at]

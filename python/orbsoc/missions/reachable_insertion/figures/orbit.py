@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, VERMILION
 from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
-from orbsoc.orbit import EARTH, elements_from_state
+from orbsoc.orbit import ConstantsSet, elements_from_state
 
 from ..verification import Arcs, shape_of
 
@@ -36,14 +36,15 @@ def orbit_figure(title: str, start: Array, arcs: Arcs) -> Figure:
     axes, one = plane_of(start), len(arcs.burns) == 1
     figure = Figure(figsize=(7.2, 7.2 if one else 7.6))
     panel = figure.add_axes((0.15, 0.215, 0.8, 0.73) if one else (0.15, 0.255, 0.8, 0.69))
-    draw_earth(panel)
+    about = arcs.burns[0].about
+    draw_earth(panel, about)
     reach = FAR * max(float(np.linalg.norm(x.propagated[:, :3], axis=1).max()) for x in arcs.burns) / 1e3
     names = [("before", BEFORE, "-"), *[("between", BETWEEN, ":")] * (not one), ("after", AFTER, "-")]
     shown = []
     for state, (name, colour, style) in zip(
         (start, *(each.propagated[-1] for each in arcs.burns)), names, strict=True
     ):
-        orbit = elements_from_state(state[:3], state[3:])
+        orbit = elements_from_state(state[:3], state[3:], about)
         shown.append(draw_orbit(orbit, axes, reach))
         panel.plot(*shown[-1], color=colour, linestyle=style, label=f"{name}: {shape_of(orbit)}")
     for coast, colour in zip(arcs.coasts, (COAST, BETWEEN), strict=False):
@@ -75,7 +76,7 @@ def orbit_figure(title: str, start: Array, arcs: Arcs) -> Figure:
     columns, size = (1, 9.5) if one else (2, 8.5)
     panel.legend(loc="upper center", bbox_to_anchor=(0.45, -0.085), ncols=columns, fontsize=size)
     if one and duration_s > 0.0:
-        _close_up(panel, way, u, np.hstack(shown), out_deg)
+        _close_up(panel, way, u, np.hstack(shown), out_deg, about)
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     return figure
 
@@ -88,11 +89,13 @@ def _arrows(panel: Axes, way: Array, thrust: Array, count: int, width: float) ->
     )  # fmt: skip
 
 
-def _close_up(panel: Axes, burn: Array, direction: Array, orbits: Array, out_deg: float) -> None:
+def _close_up(
+    panel: Axes, burn: Array, direction: Array, orbits: Array, out_deg: float, about: ConstantsSet
+) -> None:
     """The burn arc with thrust arrows, in a panel of its own: inside the Earth, or in the emptiest corner."""
     span = max(float(np.ptp(burn[:, 0])), float(np.ptp(burn[:, 1])), 1e-3)
     panel.apply_aspect()
-    corner, size = _free_place(panel, orbits)
+    corner, size = _free_place(panel, orbits, about)
     inset = panel.inset_axes((*corner, size, size))
     inset.plot(burn[:, 0], burn[:, 1], color=BURN, linewidth=3.0)
     length = 0.28 * span
@@ -106,10 +109,10 @@ def _close_up(panel: Axes, burn: Array, direction: Array, orbits: Array, out_deg
     inset.set_xlabel(f"{span:.0f} km across\nup to {out_deg:.1f}° out of the plane", fontsize=8)
 
 
-def _free_place(panel: Axes, orbits: Array) -> tuple[tuple[float, float], float]:
+def _free_place(panel: Axes, orbits: Array, about: ConstantsSet) -> tuple[tuple[float, float], float]:
     """Lower left corner and size, in shares of the panel, of a square that hides little of the orbits (2, K)."""
     low, high = np.array([panel.get_xlim(), panel.get_ylim()]).T
-    globe = 2e-3 * EARTH.earth_radius_m / (high - low)
+    globe = 2e-3 * about.earth_radius_m / (high - low)
     if globe.min() > INSIDE:
         size = 0.3 * float(globe.min())
         middle = -low / (high - low)

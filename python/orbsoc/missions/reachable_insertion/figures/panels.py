@@ -23,6 +23,7 @@ from ..search.run import SearchResult
 from ..verification import Arcs, Verification
 from .history import history_figure
 from .orbit import orbit_figure
+from .space import draw_in_space
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +50,8 @@ def draw_programme(
     start = scenario.launch_inertial(scenario.initial)
     words = ("", "burn", "; enlarged, inside the Earth or in a corner") if one else (", between", "burns", "")
     caption = ORBIT.format(between=words[0], burns=words[1], where=words[2])
-    found = [write_png(orbit_figure(titles[0], start, arcs), folder, "orbit.png", caption)]
+    found = draw_in_space(scenario, titles[0], start, arcs, folder)
+    found.append(write_png(orbit_figure(titles[0], start, arcs), folder, "orbit.png", caption))
     if arcs.burns[-1].times_s[-1] > 0.0:
         share = " as change of speed, gravity's share and what is spent on turning the velocity"
         caption = HISTORY.format(

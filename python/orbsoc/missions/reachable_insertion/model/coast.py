@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from orbsoc.orbit import Thruster, propagate_burn, rotate_state
-from orbsoc.orbit.perturbations import J2, PointMass, coast, fast_coast
+from orbsoc.orbit import ConstantsSet, Thruster, propagate_burn, rotate_state
+from orbsoc.orbit.perturbations import J2, Force, PointMass, coast, fast_coast
 
 from ..scenario import Scenario
 
 Array = NDArray[np.float64]
 
 ENGINE_OFF = Thruster(mass_kg=1.0, thrust_n=0.0, mass_flow_kg_s=0.0)
-OBLATE_EARTH = (PointMass(), J2())
+
+
+def oblate(about: ConstantsSet) -> tuple[Force, ...]:
+    """The forces of a coast with J2."""
+    return (PointMass(about), J2(about, about.j2))
 
 
 def coasted(scenario: Scenario, times_s: ArrayLike, *, independent: bool = False) -> Array:
@@ -31,13 +35,17 @@ def coasted_from(scenario: Scenario, start: Array, times_s: ArrayLike, *, indepe
     """The same from a state (6,) in the axes of plans, SI."""
     times = np.atleast_1d(np.asarray(times_s, dtype=np.float64))
     if not scenario.burn.coast_j2:
-        return propagate_burn(start, ENGINE_OFF, lambda _t, x: x[3:], times)
+        return propagate_burn(start, ENGINE_OFF, lambda _t, x: x[3:], times, constants=scenario.constants)
     if times[-1] == 0.0:
         return np.tile(start, (times.size, 1))
     to_eci = scenario.eci_rotation
     later = times[0] > 0.0  # the first time is that of the start
     fly = coast if independent else fast_coast
-    found = fly(rotate_state(to_eci, start)[None], np.append(0.0, times) if later else times, OBLATE_EARTH)
+    found = fly(
+        rotate_state(to_eci, start)[None],
+        np.append(0.0, times) if later else times,
+        oblate(scenario.constants),
+    )
     return np.asarray(rotate_state(to_eci.T, found[int(later) :, 0]))
 
 

@@ -14,14 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.orbit.perturbations import EARTH_J2
 
 from ..targets.target import Target
 
-OBLATE_COAST = 3.0 * EARTH_J2 * (1.0 + 1e-9)
-"""By how much a coast with J2 above the ground can change w², canonical."""
 GROUND = 1.0
 """Canonical radius that no burn may pass below."""
+
+
+def oblate_coast(j2: float) -> float:
+    """By how much a coast with J2 above the ground can change w², canonical."""
+    return 3.0 * abs(j2) * (1.0 + 1e-9)
 
 
 @dataclass(frozen=True, slots=True)

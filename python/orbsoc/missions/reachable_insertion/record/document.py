@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from orbsoc.guidance.scp import Rules
-from orbsoc.orbit import EARTH, Elements
+from orbsoc.orbit import Elements
 
 from ..model.problems import Iterate
 from ..paper import compare
@@ -29,7 +29,7 @@ def shared_document(
     caller's to add.
     """
     scenario, found, proof = plan.scenario, plan.verification, plan.proof
-    needed, available = (None, None) if proof is None else speeds_m_s(proof)
+    needed, available = (None, None) if proof is None else speeds_m_s(proof, scenario)
     return {
         "mission": scenario.mission,
         "name": scenario.name,
@@ -81,7 +81,7 @@ def shared_document(
         ],
         "subproblems": [row.to_dict() for row in plan.subproblems],
         "attitude_axes": attitude_axes(scenario),
-        "constants": EARTH.to_dict(),
+        "constants": scenario.constants.to_dict(),
         "scenario": scenario.model_dump(mode="json"),
     }
 
@@ -133,7 +133,7 @@ def starts_tried(plan: SearchResult) -> list[dict[str, Any]]:
 
 def _orbit_document(orbit: Elements) -> dict[str, float | None]:
     """Osculating elements in ECI, in the units of reports; null for what the orbit does not have."""
-    c3_km2_s2 = -EARTH.mu_m3_s2 / orbit.sma_m / 1e6
+    c3_km2_s2 = -orbit.constants.mu_m3_s2 / orbit.sma_m / 1e6
     found = {
         "a_km": orbit.sma_m / 1e3,
         "e": orbit.ecc,

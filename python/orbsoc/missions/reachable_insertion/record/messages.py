@@ -24,6 +24,7 @@ def messages(scenario: Scenario, arcs: Arcs) -> dict[str, str]:
         "the scenario's state",
         **({} if initial.epoch is None else {"epoch": initial.epoch}),
         frame=initial.axes_name or FRAME,
+        center=scenario.constants.center,
     )
     to_eci, starts_s = scenario.eci_rotation, arcs.starts_s
     times = [start_s + each.times_s for start_s, each in zip(starts_s[::2], arcs.coasts, strict=True)]

@@ -8,10 +8,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import ExitReason, Iteration
 from orbsoc.guidance.verdict import Question, VerdictLine, Word, shortened
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import CanonicalUnits
 
 from ..model.proof import Proof
 from ..scenario import MOST_NODES, Scenario
@@ -68,7 +69,7 @@ def rate_in_words(scenario: Scenario, over: float) -> str:
     """An attitude rate that is above the scenario's bound by so much, rad per canonical time."""
     bound = scenario.limits.attitude_rate_deg_s
     assert bound is not None
-    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(EARTH).time_s
+    over_deg_s = np.rad2deg(over) / CanonicalUnits.of(scenario.constants).time_s
     return (
         f"the attitude rate at {bound + over_deg_s:.4g} °/s, {over_deg_s:.4g} above"
         f" limits.attitude_rate_deg_s = {bound:g}"
@@ -92,18 +93,27 @@ def start_tried(
 # lines of the verdict
 
 
-def fitted(question: Question, word: Word, figure: str, evidence: str = "") -> VerdictLine:
+def fitted(
+    question: Question, word: Word, figure: str, evidence: str = "", claim: Claim | None = None
+) -> VerdictLine:
     """A line whose figure, made elsewhere, ends with a clause; the sentences of the plan have the rest."""
-    return VerdictLine(question, word, shortened(figure), evidence=evidence)
+    return VerdictLine(question, word, shortened(figure), evidence=evidence, claim=claim)
 
 
-def in_words(wait_s: float) -> str:
+def wait_in_words(wait_s: float) -> str:
     """A wait that a search ends near, as exactly as the burn asks for."""
     return f"about {wait_s:.0f} s" if wait_s < 120.0 else f"about {wait_s / 60.0:.0f} min"
 
 
-def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:
-    """*Answer*: the figure of a plan to fly is `verified`, of one that is not found what the `closest` start leaves."""
+def optimum_line(kind: Kind, figure: str, class_: str, evidence: str) -> VerdictLine:
+    """*Optimum*: what is claimed of the burns, for which class of them, by what evidence."""
+    claim = Claim(kind, figure, class_, evidence)
+    return fitted(Question.OPTIMUM, Word[kind.name], figure, claim=claim)
+
+
+def answer_line(plan: Told, verified: str, closest: str, proved_for: str) -> VerdictLine:
+    """*Answer*: the figure of a plan to fly is `verified`, of one that is not found what the `closest` start leaves, and a proof
+    of infeasibility is one `proved_for` a class of burns."""
     found, status, word = plan.verification, plan.status, Word[plan.status.name]
     if status is PlanStatus.VERIFIED and found is not None:
         evidence = _flown_within(plan.scenario, found)
@@ -113,9 +123,10 @@ def answer_line(plan: Told, verified: str, closest: str) -> VerdictLine:
         advice = f"try method.max_nodes above {most}" if most < MOST_NODES else ""
         return fitted(Question.ANSWER, word, f"do not fly: {found.failures[0]}", advice)
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        needed, available = speeds_m_s(plan.proof)
+        needed, available = speeds_m_s(plan.proof, plan.scenario)
         figure = f"{plan.proof.what} takes {needed:.1f} m/s, there are {available:.1f} m/s"
-        return fitted(Question.ANSWER, word, figure, "proved")
+        claim = Claim(Kind.PROVED, figure, proved_for, "a bound on what a velocity of this size changes")
+        return fitted(Question.ANSWER, word, figure, "proved", claim)
     return fitted(
         Question.ANSWER, word, closest if status is PlanStatus.NOT_FOUND and closest else plan.message
     )
@@ -132,9 +143,9 @@ def _flown_within(scenario: Scenario, found: EndOfFlight) -> str:
     return f"flown to {error:.0e} ≤ {allowed:.0e}".replace("e-0", "e-")
 
 
-def speeds_m_s(proof: Proof) -> tuple[float, float]:
+def speeds_m_s(proof: Proof, scenario: Scenario) -> tuple[float, float]:
     """What is needed, and what there is."""
-    speed = CanonicalUnits.of(EARTH).speed_m_s
+    speed = CanonicalUnits.of(scenario.constants).speed_m_s
     return speed * proof.needed, speed * proof.available
 
 
@@ -182,7 +193,7 @@ def sentences(plan: Told, say: Phrases) -> str:
             f" {'; '.join(found.failures)}{say.objection or f'; {advice}'}"
         )
     if status is PlanStatus.INFEASIBLE and plan.proof is not None:
-        needed, available = speeds_m_s(plan.proof)
+        needed, available = speeds_m_s(plan.proof, plan.scenario)
         what = f"{plan.proof.what[0].upper()}{plan.proof.what[1:]}"
         return (
             f"INFEASIBLE: no {say.which}, reaches the target. {what} takes more than {needed:.1f} m/s, and the vehicle has"

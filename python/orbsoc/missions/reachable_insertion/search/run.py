@@ -28,8 +28,8 @@ class Claim(enum.Enum):
 
     BEST_FOUND = "the end of a sequence of convex problems: a local optimum of its start"
     NOTHING_TO_BURN = "the vehicle is on its target orbit: no burn is shorter than 0 s"
-    SMOOTH_TURN = "a law that turns smoothly, shortened: the shortest burn turns faster than the grid follows"
-    FAST_TURN = "about as fast a turn as the finest grid follows: the shortest burn turns faster"
+    SMOOTH_TURN = "a law that turns smoothly, shortened as long as the grid follows it"
+    FAST_TURN = "about as fast a turn as the finest grid follows"
     INFEASIBLE = "proved: no burn, however steered, reaches the target"
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
 from orbsoc.guidance.scp import Subproblem
-from orbsoc.orbit import EARTH, CanonicalUnits, elements_from_state
+from orbsoc.orbit import CanonicalUnits, elements_from_state
 from orbsoc.orbit.propagate import Steering
 from orbsoc.orbit.vectors import specific_energy
 
@@ -48,7 +48,7 @@ class InsertionSetup:
 
     @classmethod
     def of(cls, scenario: Scenario, ignition_s: float = 0.0) -> InsertionSetup:
-        units = CanonicalUnits.of(EARTH)
+        units = CanonicalUnits.of(scenario.constants)
         vehicle = scenario.vehicle
         start_si = at_ignition(scenario, ignition_s)
         target = target_of(scenario, units)
@@ -79,14 +79,14 @@ class InsertionSetup:
     def latest_ignition_s(self) -> float:
         """The scenario's, or one revolution of the first orbit; no later than the coast gets too low."""
         scenario, start = self.scenario, self.scenario.launch_inertial(self.scenario.initial)
-        first = elements_from_state(start[:3], start[3:])
+        first = elements_from_state(start[:3], start[3:], scenario.constants)
         energy = specific_energy(self.burn.start[:3], self.burn.start[3:], 1.0)
         period = (-0.5 / energy) ** 1.5 if energy < -1e-6 else None
         turn_s = (
             tuning.WITHOUT_PERIOD_S if period is None else float(2.0 * np.pi * period * self.units.time_s)
         )
         latest = scenario.burn.latest_ignition_s or turn_s
-        lowest_m = EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
+        lowest_m = scenario.constants.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
         if first.perigee_radius_m > lowest_m + tuning.OBLATE_M * scenario.burn.coast_j2:
             return latest
         times = np.linspace(0.0, latest, tuning.LOOKS)
@@ -111,7 +111,9 @@ class InsertionSetup:
     def flown(self, steering: Steering, duration_s: float, nodes: int) -> Trajectory:
         """What a steering flies, at the nodes of a grid."""
         thruster = self.scenario.vehicle.thruster()
-        return propagated(self.start_si, thruster, steering, duration_s, legendre_gauss(nodes))
+        return propagated(
+            self.start_si, thruster, steering, duration_s, legendre_gauss(nodes), self.scenario.constants
+        )
 
     def cold_start(self) -> Iterate:
         law = towards_plane(self._largest.normal, self.units) if self.free_perigee else along_velocity
@@ -168,7 +170,7 @@ class InsertionSetup:
     def figures(self, trajectory: Trajectory) -> Mapping[str, float]:
         """The columns of the iteration table that are this mission's own."""
         end = self.units.state_to_si(trajectory.end)
-        orbit = elements_from_state(end[:3], end[3:])
+        orbit = elements_from_state(end[:3], end[3:], self.scenario.constants)
         return {
             "nodes": trajectory.grid.size,
             "time_of_flight_s": trajectory.duration * self.units.time_s,
@@ -181,10 +183,12 @@ def target_of(scenario: Scenario, units: CanonicalUnits) -> Target:
     """The scenario's target, canonical, in the axes of plans."""
     table = scenario.target
     if table.free:
-        return FreeTarget.of(table, scenario.eci_rotation)
+        return FreeTarget.of(table, scenario.eci_rotation, scenario.constants)
     state = units.state_from_si(scenario.launch_inertial(table))
     if scenario.problem == "min_time":
-        return TargetOrbit.through(state)
+        return TargetOrbit.through(state, scenario.constants)
     assert table.perigee_height_km is not None  # the scenario checks it
     is_free = table.perigee_direction == "free"
-    return LargestOrbit.about(state, 1e3 * table.perigee_height_km, is_direction_free=is_free)
+    return LargestOrbit.about(
+        state, 1e3 * table.perigee_height_km, is_direction_free=is_free, constants=scenario.constants
+    )

@@ -175,10 +175,8 @@ def smooth_law(_search: Search, result: SearchResult) -> Findings:
     assert start.law is not None
     drawn = replace(known.law, coefficients=known.law.coefficients[: tuning.SMOOTHED])
     nodes = setup.scenario.method.max_nodes
-    for too_long in (
-        tuning.TOO_LONG,
-        0.1 * tuning.TOO_LONG,
-    ):  # the correction on the grid lengthens the interpolant, too
+    # the correction on the grid lengthens the interpolant, too
+    for too_long in (tuning.TOO_LONG, 0.1 * tuning.TOO_LONG):
         for first in (drawn, start.law):
             found = smoothed(setup.burn, setup.target, first, nodes, too_long)
             attempt = None if found is None else _smooth_attempt(setup, found, start)
@@ -194,9 +192,7 @@ def _smooth_attempt(setup: InsertionSetup, law: Law, start: Start) -> Attempt | 
     unit = unit_on(setup.burn, setup.target, law, nodes, tuning.REACHED)
     if unit is None:
         return None
-    message = (
-        "a smooth turn of the thrust reaches the orbit; the shortest burn turns faster than the grid follows"
-    )
+    message = "a smooth turn of the thrust reaches the orbit"
     outcome = Outcome(ExitReason.CONVERGED, setup.by_interpolant(unit, nodes), (), message)
     note = "a law that turns smoothly, shortened"
     return verified(setup, attempt_of(setup, note, outcome, start, Claim.SMOOTH_TURN))

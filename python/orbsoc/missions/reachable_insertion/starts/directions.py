@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.guidance.powered_flight import Burn, Trajectory
-from orbsoc.orbit import EARTH, CanonicalUnits, Thruster, propagate_burn
+from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Thruster, propagate_burn
 from orbsoc.orbit.propagate import Steering
 
 from .. import tuning
@@ -105,15 +105,20 @@ def towards_plane(normal: Array, units: CanonicalUnits) -> Steering:
 
 
 def propagated(
-    state_si: Array, thruster: Thruster, steering: Steering, duration_s: float, grid: LegendreGauss
+    state_si: Array,
+    thruster: Thruster,
+    steering: Steering,
+    duration_s: float,
+    grid: LegendreGauss,
+    about: ConstantsSet = EARTH,
 ) -> Trajectory:
     """The trajectory (canonical) that `steering` flies, at the nodes of `grid` and at the end.
 
     Raises `orbsoc.orbit.PropagationError` when it cannot be integrated.
     """
-    units = CanonicalUnits.of(EARTH)
+    units = CanonicalUnits.of(about)
     times_s = 0.5 * duration_s * (np.append(grid.nodes, 1.0) + 1.0)
-    states_si = propagate_burn(state_si, thruster, steering, times_s)
+    states_si = propagate_burn(state_si, thruster, steering, times_s, constants=about)
     directions = np.array([steering(t, x) for t, x in zip(times_s[:-1], states_si[:-1], strict=True)])
     states = units.state_from_si(states_si)
     return Trajectory(

@@ -15,12 +15,13 @@ Jacobian to rounding (Squire & Trapp 1998). With N = ẑ × H/|ẑ × H| the asc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit import EARTH, CanonicalUnits, Elements, angular_momentum, laplace_vector
+from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Elements, angular_momentum, laplace_vector
 
 from .rows import PLANE_ROWS, Row
 from .table import TargetTable
@@ -51,21 +52,24 @@ class FreeTarget:
     inc: float | None = None
     raan: float | None = None
     argp: float | None = None
+    constants: ConstantsSet = field(default=EARTH, kw_only=True)
 
     @classmethod
-    def of(cls, target: TargetTable, to_eci: Array) -> FreeTarget:
+    def of(cls, target: TargetTable, to_eci: Array, constants: ConstantsSet = EARTH) -> FreeTarget:
         """What the table gives."""
-        length = CanonicalUnits.of(EARTH).length_m
-        angles = {
+        length = constants.earth_radius_m
+        angles: dict[str, Any] = {
             name: None if value is None else float(np.deg2rad(value))
             for name, value in (("inc", target.inc_deg), ("raan", target.raan_deg), ("argp", target.argp_deg))
         }
         if "shape" not in target.free:
             sma, ecc = target.shape()
             sma /= length
-            return cls(to_eci, float(np.sqrt(sma * (1.0 - ecc**2))), -0.5 / sma, ecc, **angles)
+            return cls(
+                to_eci, float(np.sqrt(sma * (1.0 - ecc**2))), -0.5 / sma, ecc, **angles, constants=constants
+            )
         sma_m = target.semi_major_axis_m()
-        heights = {
+        heights: dict[str, Any] = {
             name: None if height is None else 1.0 + 1e3 * height / length
             for name, height in (
                 ("perigee_radius", target.perigee_height_km),
@@ -73,7 +77,7 @@ class FreeTarget:
             )
         }
         energy = None if sma_m is None else -0.5 * length / sma_m
-        return cls(to_eci, energy=energy, eccentricity=target.ecc, **heights, **angles)
+        return cls(to_eci, energy=energy, eccentricity=target.ecc, **heights, **angles, constants=constants)
 
     @property
     def normal(self) -> Array | None:
@@ -113,7 +117,7 @@ class FreeTarget:
         if row in PLANE_ROWS:
             return f"the orbit plane tilted by {abs(np.rad2deg(value)):.4f}°"
         if row is Row.ENERGY:
-            km2_s2 = abs(value) * CanonicalUnits.of(EARTH).speed_m_s ** 2 / 1e6
+            km2_s2 = abs(value) * CanonicalUnits.of(self.constants).speed_m_s ** 2 / 1e6
             return f"v²/2 − μ/r too {'small' if value < 0 else 'large'} by {km2_s2:.4f} km²/s²"
         if row is Row.PERIGEE_DIRECTION:
             return f"the eccentricity vector off the perigee direction by {abs(value):.2e}"
@@ -164,7 +168,7 @@ class FreeTarget:
         return float(np.linalg.norm(along * normal - h))
 
     def errors(self, orbit: Elements) -> list[tuple[str, float, str]]:
-        length = CanonicalUnits.of(EARTH).length_m
+        length = self.constants.earth_radius_m
         found: list[tuple[str, float, str]] = []
         if self.energy is not None:
             energy = -0.5 * length / orbit.sma_m

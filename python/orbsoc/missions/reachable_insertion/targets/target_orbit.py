@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from orbsoc.orbit import (
     EARTH,
     CanonicalUnits,
+    ConstantsSet,
     Elements,
     angular_momentum,
     angular_momentum_jacobian,
@@ -39,9 +40,10 @@ class TargetOrbit:
     ahead: Array
     momentum: float
     eccentricity: float
+    constants: ConstantsSet = field(default=EARTH, kw_only=True)
 
     @classmethod
-    def through(cls, state: Array) -> TargetOrbit:
+    def through(cls, state: Array, constants: ConstantsSet = EARTH) -> TargetOrbit:
         """The orbit through a canonical state (6,). Raises ValueError if r and v are parallel."""
         h = angular_momentum(state[:3], state[3:])
         laplace = laplace_vector(state[:3], state[3:], 1.0)
@@ -52,7 +54,7 @@ class TargetOrbit:
             laplace / eccentricity if eccentricity >= CIRCULAR else state[:3] / np.linalg.norm(state[:3])
         )
         normal = h / momentum
-        return cls(normal, perigee, np.cross(normal, perigee), momentum, eccentricity)
+        return cls(normal, perigee, np.cross(normal, perigee), momentum, eccentricity, constants=constants)
 
     def velocity_along(self, position: Array) -> Array:
         """Canonical velocity (3,) on the orbit where it passes nearest to the direction of a position (3,)."""
@@ -103,7 +105,7 @@ class TargetOrbit:
         return tuple(zip(TERMINAL_ROWS, rows.tolist(), strict=True))
 
     def words(self, row: Row, value: float, end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> str:
-        momentum, speed_m_s = scales[0] * self.momentum, CanonicalUnits.of(EARTH).speed_m_s
+        momentum, speed_m_s = scales[0] * self.momentum, CanonicalUnits.of(self.constants).speed_m_s
         side = "small" if value < 0 else "large"
         if row in PLANE_ROWS:
             angle = abs(value) / momentum
@@ -160,15 +162,22 @@ class LargestOrbit(TargetOrbit):
     is_direction_free: bool
 
     @classmethod
-    def about(cls, state: Array, perigee_height_m: float, *, is_direction_free: bool) -> LargestOrbit:
+    def about(
+        cls,
+        state: Array,
+        perigee_height_m: float,
+        *,
+        is_direction_free: bool,
+        constants: ConstantsSet = EARTH,
+    ) -> LargestOrbit:
         """The plane and direction of the orbit through a canonical state (6,)."""
         orbit = TargetOrbit.through(state)
         vectors = (orbit.normal, orbit.perigee, orbit.ahead, orbit.momentum, orbit.eccentricity)
-        return cls(*vectors, perigee_height_m, is_direction_free)
+        return cls(*vectors, perigee_height_m, is_direction_free, constants=constants)
 
     @property
     def perigee_radius(self) -> float:
-        return (EARTH.earth_radius_m + self.perigee_height_m) / CanonicalUnits.of(EARTH).length_m
+        return 1.0 + self.perigee_height_m / self.constants.earth_radius_m
 
     @property
     def energy(self) -> float | None:
@@ -196,7 +205,7 @@ class LargestOrbit(TargetOrbit):
         if row is not Row.PERIGEE_RADIUS:
             return TargetOrbit.words(self, row, value, end, scales)
         # slack s in e ≤ p/r_p − 1 + s lets the perigee sink by about r_p s/(1 + e)
-        return f"the perigee too low by {abs(value) * (EARTH.earth_radius_m + self.perigee_height_m) / 1e3:.2f} km"
+        return f"the perigee too low by {abs(value) * (self.constants.earth_radius_m + self.perigee_height_m) / 1e3:.2f} km"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from ..targets.target_orbit import TargetOrbit
 
 Array = NDArray[np.float64]
+Orbit = Callable[[Array], Array]
+"""States (..., 6) at times (...)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,12 +84,13 @@ class Rules:
 
 
 def cheapest(
-    departures: Array, states: Array, target: TargetOrbit, rules: Rules, *, fineness: Fineness = FINE
+    departures: Array, first_orbit: Orbit, target: TargetOrbit, rules: Rules, *, fineness: Fineness = FINE
 ) -> list[Impulses]:
     """The cheapest transfer of every local minimum over departure and arrival, cheapest first.
 
-    `departures` (D,) are the times of `states` (D, 6) on the first orbit.
+    `departures` (D,) are the times of a grid on the first orbit.
     """
+    states = first_orbit(departures)
     anomalies = anomalies_of(target, fineness.arrivals)
     first = states[:, None, None, None, :]
     last = points_on(target, anomalies)[None, :, None, None, :]
@@ -109,22 +111,28 @@ def cheapest(
     chosen = np.array(_minima(costs, closed=target.eccentricity < 1.0), dtype=int).reshape(-1, 2).T
     at = np.stack([departures[chosen[0]], anomalies[chosen[1]], np.log(shapes[*chosen])], axis=1)
     steps = np.array([np.ptp(departures) / (len(departures) - 1), anomalies[1] - anomalies[0], finer])
-    return _refined(departures, states, target, rules, at, way[:, 0][ways[*chosen]], 0.5 * steps)
+    return _refined(departures, first_orbit, target, rules, at, way[:, 0][ways[*chosen]], 0.5 * steps)
 
 
 def _refined(
-    departures: Array, states: Array, target: TargetOrbit, rules: Rules, at: Array, way: Array, steps: Array
+    departures: Array,
+    first_orbit: Orbit,
+    target: TargetOrbit,
+    rules: Rules,
+    at: Array,
+    way: Array,
+    steps: Array,
 ) -> list[Impulses]:
     """Pairs at [departure, anomaly, ln p] (M, 3), each moved to its cheapest neighbour by steps that shrink; each minimum once."""
-    on_first = CubicHermiteSpline(departures, states[:, :3], states[:, 3:])
     aside = np.stack(np.meshgrid(*([[-1.0, 0.0, 1.0]] * 3), indexing="ij"), axis=-1).reshape(-1, 3)
     width = np.ones(len(at))
 
     def transfers(points: Array) -> _Transfers:
         when = np.clip(points[..., 0], departures[0], departures[-1])
-        first = np.concatenate([on_first(when), on_first(when, 1)], axis=-1)
         ways = np.broadcast_to(way[:, None], when.shape)
-        return _transfers(when, first, points_on(target, points[..., 1]), ways, np.exp(points[..., 2]), rules)
+        return _transfers(
+            when, first_orbit(when), points_on(target, points[..., 1]), ways, np.exp(points[..., 2]), rules
+        )
 
     for _ in range(ROUNDS):
         tried = at[:, None] + aside * width[:, None, None] * steps

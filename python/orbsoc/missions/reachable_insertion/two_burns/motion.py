@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, rotate_state
 from orbsoc.orbit.kepler import coasted_in_closed_form
-from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
+from orbsoc.orbit.perturbations import Force, fast_coast, fast_coast_with_transitions
 
-from ..model.coast import OBLATE_EARTH
+from ..model.coast import oblate
 from ..search.setup import InsertionSetup
 
 Array = NDArray[np.float64]
@@ -78,6 +78,7 @@ class OblateCoast:
 
     to_eci: Array
     units: CanonicalUnits
+    forces: tuple[Force, ...] = oblate(EARTH)
     oblate: bool = True
 
     def ends(self, states: Array, times: Array) -> Array:
@@ -88,7 +89,7 @@ class OblateCoast:
         if not times[-1] > 0.0:
             return np.tile(state, (len(times), 1))
         try:
-            found = fast_coast(self._si(state)[None], times * self.units.time_s, OBLATE_EARTH)
+            found = fast_coast(self._si(state)[None], times * self.units.time_s, self.forces)
         except PropagationError:
             return np.full((len(times), 6), np.nan)
         return self._canonical(found[:, 0])
@@ -98,7 +99,7 @@ class OblateCoast:
             return state, np.eye(6)
         times_s = np.array([0.0, time * self.units.time_s])
         try:
-            found, matrices = fast_coast_with_transitions(self._si(state)[None], times_s, OBLATE_EARTH)
+            found, matrices = fast_coast_with_transitions(self._si(state)[None], times_s, self.forces)
         except PropagationError:
             return np.full(6, np.nan), np.full((6, 6), np.nan)
         turned = np.kron(np.eye(2), self.to_eci)
@@ -106,7 +107,7 @@ class OblateCoast:
         return self._canonical(found[-1, 0]), turned.T @ (matrices[-1, 0] / scale[:, None] * scale) @ turned
 
     def rate(self, state: Array) -> Array:
-        pull = sum(force.acceleration(self._si(state)[None])[0] for force in OBLATE_EARTH)
+        pull = sum(force.acceleration(self._si(state)[None])[0] for force in self.forces)
         return np.concatenate([state[3:], self.to_eci.T @ pull / self.units.acceleration_m_s2])
 
     def _si(self, state: Array) -> Array:
@@ -149,5 +150,6 @@ class Motion:
 
     @classmethod
     def of(cls, ready: InsertionSetup) -> Motion:
-        oblate = OblateCoast(ready.scenario.eci_rotation, CanonicalUnits.of(EARTH))
-        return cls(ready.burn, oblate if ready.scenario.burn.coast_j2 else TwoBodyCoast())
+        forces = oblate(ready.scenario.constants)
+        coast = OblateCoast(ready.scenario.eci_rotation, ready.units, forces)
+        return cls(ready.burn, coast if ready.scenario.burn.coast_j2 else TwoBodyCoast())

@@ -24,9 +24,9 @@ from orbsoc.guidance.scp import (
     trust_region,
     within_residual,
 )
-from orbsoc.orbit import EARTH, PropagationError, elements_from_state
+from orbsoc.orbit import PropagationError, elements_from_state
 
-from ..model.proof import OBLATE_COAST, Proof, proof_of_infeasibility
+from ..model.proof import Proof, oblate_coast, proof_of_infeasibility
 from ..search.setup import InsertionSetup
 from .flight import Sensitivities, lowest_point, sensitivities
 from .limits import Limits
@@ -119,7 +119,7 @@ def proof_for_two_burns(ready: InsertionSetup) -> Proof | None:
     """Why no two burns reach the target, coasts included; None for no proof."""
     burn, scenario = ready.burn, ready.scenario.burn
     coasts = 2 if scenario.ignition == "free" else 1
-    drift = coasts * OBLATE_COAST if scenario.coast_j2 else 0.0
+    drift = coasts * oblate_coast(ready.scenario.constants.j2) if scenario.coast_j2 else 0.0
     return proof_of_infeasibility(burn, ready.target, burn.longest, coasts=True, drift=drift)
 
 
@@ -130,7 +130,9 @@ def limits_of(ready: InsertionSetup) -> Limits:
     longest = scenario.burn.longest_coast_s
     coast = UNBOUNDED if longest is None else longest / ready.units.time_s
     burning = min(BEYOND * burn.longest, max(burn.longest, NEARLY_ALL / burn.flow))
-    lowest = (EARTH.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km) / ready.units.length_m
+    lowest = (
+        scenario.constants.earth_radius_m + 1e3 * scenario.limits.lowest_altitude_km
+    ) / ready.units.length_m
     return Limits(ignition, coast, burning, lowest + SPARE, ready.rate_bound)
 
 
@@ -269,7 +271,7 @@ def fly_and_verify(ready: InsertionSetup, transfer: Transfer) -> Verification | 
 def _figures(ready: InsertionSetup, transfer: Transfer, found: Sensitivities) -> dict[str, float]:
     """The columns of the iteration table that are this mission's own; of the reference."""
     end = ready.units.state_to_si(found.end)
-    orbit = elements_from_state(end[:3], end[3:])
+    orbit = elements_from_state(end[:3], end[3:], ready.scenario.constants)
     return {
         "nodes": transfer.grid.size,
         "time_of_flight_s": transfer.burning * ready.units.time_s,

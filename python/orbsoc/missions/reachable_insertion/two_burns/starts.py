@@ -11,10 +11,10 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit import (
-    EARTH,
     CanonicalUnits,
     Elements,
     elements_from_state,
@@ -33,6 +33,8 @@ from .transfer import Transfer, constant
 Array = NDArray[np.float64]
 
 DEPARTURES, FEW_DEPARTURES = 60, 24
+DENSER = 8
+"""States of the first orbit for a departure, between which it is interpolated: to some 1e-7 of its speed."""
 MOST_REVOLUTIONS = 16.0
 """With J2 no revolution of the first orbit is like the one before; up to this many each have `FEW_DEPARTURES`."""
 MANY = 1.5
@@ -59,17 +61,23 @@ def guesses(motion: Motion, target: Target, limits: Limits) -> list[Impulses]:
     fine = len(whole) == 1 and turns <= MANY
     count = DEPARTURES if fine else int(FEW_DEPARTURES * min(turns, MOST_REVOLUTIONS))
     departures = np.linspace(0.0, latest, count)
-    states = motion.coast.way(burn.start, departures)
+    times = np.linspace(0.0, latest, DENSER * count)
+    states = motion.coast.way(burn.start, times)
+    position = CubicHermiteSpline(times, states[:, :3], states[:, 3:])
+    velocity = position.derivative()
     spacing = departures[1]
 
     def allowed(departure: Array, size: Array) -> NDArray[np.bool_]:
         ignition = departure - 0.5 * _burn_time(burn, size, 0.0)
         return np.asarray((ignition >= -spacing) & (ignition <= limits.ignition + spacing))
 
+    def first_orbit(times: Array) -> Array:
+        return np.concatenate([position(times), velocity(times)], axis=-1)
+
     rules = Rules(limits.coast + limits.burning, limits.lowest, allowed)
     found: list[Impulses] = []
     for each in whole:
-        found += cheapest(departures, states, each, rules, fineness=FINE if fine else COARSE)
+        found += cheapest(departures, first_orbit, each, rules, fineness=FINE if fine else COARSE)
     return sorted(found, key=lambda each: each.cost)
 
 
@@ -104,9 +112,9 @@ def _burn_time(burn: Burn, delta_v: Array | float, elapsed: float) -> Array:
 
 def _completed(burn: Burn, target: FreeTarget) -> Iterator[TargetOrbit]:
     """Orbits that have what is given of the target, and of what is free values near the first orbit's."""
-    units = CanonicalUnits.of(EARTH)
+    units = CanonicalUnits.of(target.constants)
     start = rotate_state(target.to_eci, units.state_to_si(burn.start))
-    now = elements_from_state(start[:3], start[3:])
+    now = elements_from_state(start[:3], start[3:], target.constants)
     shapes = list(_shapes(target, now, units.length_m))
     inc = now.inc_rad if target.inc is None else target.inc
     nodes = now.raan_rad + NEW_NODES if target.raan is None else np.array([target.raan])
@@ -116,9 +124,9 @@ def _completed(burn: Burn, target: FreeTarget) -> Iterator[TargetOrbit]:
     for (sma_m, ecc), raan, argp in product(shapes, nodes, argps):
         if ecc < 1e-6 and argp != argps[0]:
             continue
-        orbit = Elements(sma_m, ecc, float(inc), float(raan), float(argp), 0.0)
+        orbit = Elements(sma_m, ecc, float(inc), float(raan), float(argp), 0.0, constants=target.constants)
         state = rotate_state(target.to_eci.T, np.concatenate(state_from_elements(orbit)))
-        yield TargetOrbit.through(units.state_from_si(state))
+        yield TargetOrbit.through(units.state_from_si(state), target.constants)
 
 
 def _shapes(target: FreeTarget, now: Elements, length_m: float) -> Iterator[tuple[float, float]]:

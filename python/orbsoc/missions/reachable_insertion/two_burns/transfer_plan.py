@@ -9,7 +9,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scp import Iteration
-from orbsoc.orbit import EARTH, CanonicalUnits, Elements
+from orbsoc.orbit import CanonicalUnits, Elements
 
 from ..model.proof import Proof
 from ..scenario import Scenario
@@ -63,7 +63,7 @@ class TransferPlan:
         """The burns in their order; empty where nothing was tried."""
         if self.transfer is None:
             return ()
-        time_s, vehicle = CanonicalUnits.of(EARTH).time_s, self.scenario.vehicle
+        time_s, vehicle = CanonicalUnits.of(self.scenario.constants).time_s, self.scenario.vehicle
         now_s, mass_kg = 0.0, vehicle.mass_kg
         found = []
         for coast, duration in zip(self.transfer.coasts, self.transfer.durations, strict=True):

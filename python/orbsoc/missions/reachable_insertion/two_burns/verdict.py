@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from orbsoc.guidance.claims import Kind
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import CanonicalUnits
 
 from ..record.words import (
     Phrases,
     Violation,
     answer_line,
-    fitted,
+    optimum_line,
     rate_in_words,
     sentences,
     start_tried,
@@ -44,14 +45,29 @@ def _answer(plan: TransferPlan) -> VerdictLine:
         verified = f"burns {first.duration_s:.3f} + {second.duration_s:.3f} s → {shape}"
     elif plan.best is not None:
         left = violations(plan)
-        worst = f"closest leaves {left[0].words}" if left else f"shortest take {plan.time_of_flight_s:.1f} s"
+        worst = f"closest leaves {left[0].words}" if left else f"burns take {plan.time_of_flight_s:.1f} s"
         closest = f"{len(starts_tried(plan))} starts; the {worst}"
-    return answer_line(plan, verified, closest)
+    return answer_line(plan, verified, closest, _proved_for(plan))
+
+
+def _proved_for(plan: TransferPlan) -> str:
+    """The class of a proof of infeasibility."""
+    burns = (
+        "two burns and their coasts with J2"
+        if plan.scenario.burn.coast_j2
+        else "any number of burns and coasts"
+    )
+    return f"{burns} above the ground"
 
 
 def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
-    figure = f"a local optimum, {plan.delta_v_m_s:.1f} m/s; the best of {len(starts_tried(plan))} starts"
-    optimum = fitted(Question.OPTIMUM, Word.BEST_FOUND, figure)
+    tried = len(starts_tried(plan))
+    figure = f"a local optimum, {plan.delta_v_m_s:.1f} m/s; the best of {tried} starts"
+    class_ = "two burns onto the target orbit, less than a revolution apart"
+    evidence = (
+        f"{len(plan.subproblems)} conic problems from {tried} pairs of impulses, the cheapest of a grid"
+    )
+    optimum = optimum_line(Kind.BEST_FOUND, figure, class_, evidence)
     if not plan.one_is_enough:
         return (optimum,)
     one = {"burn.count": "1", "burn.ignition": "free"}
@@ -60,13 +76,12 @@ def _found(plan: TransferPlan) -> tuple[VerdictLine, ...]:
 
 def verdict(plan: TransferPlan) -> str:
     """One or two sentences."""
-    tried, oblate = len(starts_tried(plan)), plan.scenario.burn.coast_j2
+    tried = len(starts_tried(plan))
     sought = f"two burns that end on the target orbit were found from {tried} start{'s' if tried > 1 else ''}"
     if plan.best is None:
         sought = (
             "pair of impulses within the limits on ignition and coast leads to the target above the ground"
         )
-    proved_for = "two burns and their coasts with J2" if oblate else "any number of burns and coasts"
     return sentences(
         plan,
         Phrases(
@@ -77,7 +92,7 @@ def verdict(plan: TransferPlan) -> str:
             objection="",
             option=_slew(plan) + _one_is_enough(plan),
             which="burns, however steered and whenever begun",
-            proved_for=f"{proved_for} above the ground",
+            proved_for=_proved_for(plan),
             sought=sought,
             left=_left(plan),
             advice=_what_to_try(plan),
@@ -97,7 +112,7 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
         end = sensitivities(Motion.of(ready), attempt.transfer).end
         for row, value in plan.target.misses(end):
             found.append(Violation(row, value, plan.target.words(row, value, end, (1.0, 1.0))))
-        low_km = (attempt.lowest * ready.units.length_m - EARTH.earth_radius_m) / 1e3
+        low_km = (attempt.lowest * ready.units.length_m - plan.scenario.constants.earth_radius_m) / 1e3
         short_km = plan.scenario.limits.lowest_altitude_km - low_km
         if short_km > 0.0:
             words = f"the coast between the burns at {low_km:.4g} km, {short_km:.4g} below limits.lowest_altitude_km"
@@ -112,7 +127,7 @@ def violations_of(plan: TransferPlan, attempt: Attempt) -> tuple[Violation, ...]
 def starts_tried(plan: TransferPlan) -> list[dict[str, Any]]:
     """Every start of the search, in its order: how its last attempt ended, and the worst row that it left."""
     last = {attempt.start: attempt for attempt in plan.attempts}
-    time_s = CanonicalUnits.of(EARTH).time_s
+    time_s = CanonicalUnits.of(plan.scenario.constants).time_s
     return [
         start_tried(
             start,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbsoc.orbit import EARTH, CanonicalUnits
+from orbsoc.orbit import CanonicalUnits
 
 from ..model.coast import coasted_from
 from ..scenario import Scenario
@@ -41,7 +41,7 @@ class TransferFlight(Arcs):
     def lowest_altitude_m(self) -> float:
         """Over the equatorial radius, of coasts and burns."""
         states = np.vstack([each.states for each in self.coasts] + [each.propagated for each in self.burns])
-        return float(np.linalg.norm(states[:, :3], axis=1).min()) - EARTH.earth_radius_m
+        return float(np.linalg.norm(states[:, :3], axis=1).min()) - self.burns[0].about.earth_radius_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +54,7 @@ class Verification(EndOfFlight):
 
 def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
     """The programme propagated. Raises `orbsoc.orbit.PropagationError`, and ValueError where it burns the vehicle up."""
-    time_s = CanonicalUnits.of(EARTH).time_s
+    time_s = CanonicalUnits.of(scenario.constants).time_s
     thruster = scenario.vehicle.thruster()
     state = scenario.launch_inertial(scenario.initial)
     coasts: list[CoastArc] = []
@@ -64,8 +64,16 @@ def fly(scenario: Scenario, transfer: Transfer) -> TransferFlight:
     for coast, duration, controls in zip(transfer.coasts, transfer.durations, transfer.controls, strict=True):
         coast_s, duration_s = float(coast) * time_s, float(duration) * time_s
         times_s = np.linspace(0.0, coast_s, SAMPLES)
-        coasts.append(CoastArc(times_s, coasted_from(scenario, state, times_s, independent=True)))
-        burns.append(flown_burn(coasts[-1].states[-1], thruster, transfer.grid, controls, duration_s))
+        coasts.append(
+            CoastArc(
+                times_s, coasted_from(scenario, state, times_s, independent=True), about=scenario.constants
+            )
+        )
+        burns.append(
+            flown_burn(
+                coasts[-1].states[-1], thruster, transfer.grid, controls, duration_s, scenario.constants
+            )
+        )
         starts += [now_s, now_s + coast_s]
         now_s += coast_s + duration_s
         state = burns[-1].propagated[-1]

@@ -82,7 +82,7 @@ class ShortestBurn:
 def shortest_burn(scenario: Scenario, orbit: Elements) -> ShortestBurn:
     """Seek the shortest burn of the scenario's vehicle from its state onto an elliptic orbit, anywhere on it, and fly it."""
     units, allowed_s = CanonicalUnits.of(EARTH), scenario.burn.duration_s
-    target = np.concatenate(state_from_elements(replace(orbit, true_anomaly_rad=0.0), EARTH))
+    target = np.concatenate(state_from_elements(replace(orbit, true_anomaly_rad=0.0)))
     conditions = OrbitConditions.through(units.state_from_si(target))
     if conditions.miss(units.state_from_si(scenario.initial_eci())) <= MISS:
         return ShortestBurn(0.0, allowed_s, converged=True, verified=True, why_not="")

@@ -1,6 +1,6 @@
 /* A QEMU plugin: executed instructions between the marks that `orbsoc-bench --marks` sets by seeks.
  *
- *   gcc -shared -fPIC -O2 scripts/count_instructions.c -o count.so
+ *   gcc -shared -fPIC -O2 python/orbsoc/flight/count_instructions.c -o count.so
  *   qemu-aarch64 -plugin ./count.so,out=counts.txt orbsoc-bench --marks FOLDER
  *
  * Writes a line `mark NUMBER INSTRUCTIONS` for each mark, with the instructions executed up to it, and at the end a line
