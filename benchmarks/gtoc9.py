@@ -57,7 +57,7 @@ def debris() -> dict[int, list[float]]:
 
 
 def legs() -> list[Leg]:
-    """All 114 of the campaign."""
+    """All 113 of the campaign."""
     rows = list(_rows(DATA / "gtoc9_legs.csv"))
     return [Leg(k + 1, *map(int, row[:3]), *map(float, row[3:])) for k, row in enumerate(rows)]
 
