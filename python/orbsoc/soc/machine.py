@@ -55,19 +55,21 @@ class Machine:
             str(latency),
             *([str(limit)] if limit else []),
         ]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        assert process.stdout is not None
-        try:
-            last = ""
-            for line in process.stdout:
-                last = line.rstrip()
-                yield last
-            if process.wait() != 0:
-                ended = "its limit of clocks" if process.returncode == 124 else f"code {process.returncode}"
-                raise SocError(f"the program ended with {ended}; its last line: {last}")
-        finally:
-            process.kill()
-            process.wait()
+        last = ""
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        ) as process:
+            assert process.stdout is not None
+            try:
+                for line in process.stdout:
+                    last = line.rstrip()
+                    yield last
+                process.wait()
+            finally:
+                process.kill()
+        if process.returncode != 0:
+            ended = "its limit of clocks" if process.returncode == 124 else f"code {process.returncode}"
+            raise SocError(f"the program ended with {ended}; its last line: {last}")
 
 
 def core_sources() -> Path:
