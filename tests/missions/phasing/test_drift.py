@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import tau
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from benchmarks.gtoc9 import debris, legs, reflown
 from benchmarks.gtoc9 import scenario as leg_scenario
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
-from orbsoc.missions.phasing import Scenario, audit, plan
+from orbsoc.missions.phasing import Scenario, audit, plan, planner
 from orbsoc.missions.phasing.model.approach import state_at
 from orbsoc.missions.phasing.model.mean_approach import MeanApproach
 from orbsoc.missions.phasing.model.mean_motion import (
@@ -24,6 +25,9 @@ from orbsoc.missions.phasing.model.mean_motion import (
     states_of,
     wrapped,
 )
+from orbsoc.missions.phasing.search.descent import Descended
+from orbsoc.missions.phasing.search.drift import Transfer
+from orbsoc.missions.phasing.search.refine import refine
 from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.orbit.perturbations import J2, PointMass, fast_coast
 from tests.missions.verdict_rules import assert_rules
@@ -94,6 +98,23 @@ def test_a_leg_of_hours_costs_less_than_the_campaign_spent_and_flies_by_another_
     )
     again = audit(dated, found.programme)
     assert again.status is PlanStatus.VERIFIED
+
+
+def test_where_the_true_motion_has_no_flight_the_next_transfer_is_flown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    known, leg, flown = debris(), legs()[9], []
+
+    def none_near_the_first(scenario: Scenario, transfer: Transfer, **how: Any) -> Descended | None:
+        flown.append(transfer)
+        return refine(scenario, transfer, **how) if len(flown) > 1 else None
+
+    monkeypatch.setattr(planner, "refine", none_near_the_first)
+    found = plan(leg_scenario(leg, known))
+    assert found.status is PlanStatus.VERIFIED
+    assert found.phasing is flown[-1]
+    assert len({(each.start_s, each.end_s, each.revolutions) for each in flown}) == len(flown) == 2
+    assert reflown(leg, found, known)[0] < 1.0
 
 
 def drifting(**window: object) -> Scenario:

@@ -186,16 +186,15 @@ def _looked_for(
     scenario: Scenario, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> PhasingPlan:
     """By a search over revolutions and dates in mean elements, then in the true motion from the best of it."""
-    transfer = DriftSearch(scenario, solve).find()
-    found = None
-    if transfer is not None:
+    transfer = None
+    for transfer in DriftSearch(scenario, solve).find():
         departed = departing(scenario, transfer.start_s, transfer.end_s)
         found = refine(departed, transfer, solve=solve, callback=callback)
-    if found is None:
-        what = "in mean elements" if transfer is None else "near the best in mean elements"
-        message = f"no flight that meets the target was found {what}"
-        return PhasingPlan(scenario, PlanStatus.NOT_FOUND, ExitReason.MAX_ITERATIONS, message, transfer)
-    return _concluded(scenario, transfer, None, found)
+        if found is not None:
+            return _concluded(scenario, transfer, None, found)
+    what = "in mean elements" if transfer is None else "near the best in mean elements"
+    message = f"no flight that meets the target was found {what}"
+    return PhasingPlan(scenario, PlanStatus.NOT_FOUND, ExitReason.MAX_ITERATIONS, message, transfer)
 
 
 def _concluded(

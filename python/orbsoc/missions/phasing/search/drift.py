@@ -6,6 +6,7 @@ say what other dates would save, to first order, and the dates move there. The c
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil, floor, tau
 
@@ -37,6 +38,8 @@ DEARER = 2
 """Numbers of revolutions in a row that cost more than the best of their side, after which that side is left."""
 MOVED = 6
 """Of the cheapest transfers: those whose dates are moved in a round."""
+AGAIN = 3
+"""Transfers after the cheapest, for where the true motion has no flight near that one."""
 MARGIN_KM = 10.0
 """Within the limits, which are of osculating orbits: J2 takes their perigees that far from the mean ones."""
 RULES = TrustRules(radius=1e3, least_gain=1e-4, max_iterations=12)
@@ -97,8 +100,8 @@ class DriftSearch:
         self.starts, self.ends = (_dates(scenario, name) for name in ("chaser", "target"))
         self.tries: dict[tuple[int, int, int], Try | None] = {}
 
-    def find(self) -> Transfer | None:
-        """None where no number of revolutions has a flight."""
+    def find(self) -> Iterator[Transfer]:
+        """The cheapest, and at most `AGAIN` after it where that is asked for; none where no number of revolutions has a flight."""
         nominal = len(self.starts.times_s) // 2, len(self.ends.times_s) // 2
         places = [nominal]
         if self._advance(*nominal) < tau * SHORT_TURNS and nominal[0]:
@@ -109,11 +112,12 @@ class DriftSearch:
         while True:
             found = sorted(filter(None, self.tries.values()), key=lambda each: (each.outside, each.cost_m_s))
             if not found:
-                return None
+                return
             found = [each for each in found if each.outside == found[0].outside]
             moved = [self._moved(each) for each in found if each.cost_m_s < WORTH * found[0].cost_m_s][:MOVED]
             if not any(moved):
-                return self._transfer(self._fine(found[0]))
+                yield from (self._transfer(self._fine(each)) for each in found[: 1 + AGAIN])
+                return
 
     def _advance(self, begin: int, end: int) -> float:
         """Of the chaser's longitude if it coasted."""
