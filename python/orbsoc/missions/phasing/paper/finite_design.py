@@ -9,17 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from orbsoc.orbit import Elements, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import SteeredBurn, fast_burn, fast_coast
 
 from ..model.approach import ROWS
 from .printed import TABLE
 from .table_checks import forces
-
-Array = NDArray[np.float64]
 
 FORCES = forces()
 EXHAUST_M_S = 3090.0

@@ -7,18 +7,16 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.orbit import EARTH
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import EARTH_J2, J2, Force, PointMass, coast
 from orbsoc.orbit.relative import local_frame, relative_state
 
 from ..model.approach import states_at
 from ..scenario import Scenario
 from ..search.first_guess import elements
-
-Array = NDArray[np.float64]
 
 LIMIT_M, LIMIT_M_S = 1.0, 1e-3
 """Within which a flown plan meets the target. DOP853 itself is off by decimetres where the air's layers meet."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import (
     EARTH,
@@ -17,11 +16,10 @@ from orbsoc.orbit import (
     laplace_jacobian,
     laplace_vector,
 )
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import cross
 
 from .rows import PLANE_ROWS, TERMINAL_ROWS, Row
-
-Array = NDArray[np.float64]
 
 CIRCULAR = 1e-9
 """Eccentricity below which a target has no usable perigee direction."""

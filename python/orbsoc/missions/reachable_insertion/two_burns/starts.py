@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from orbsoc.guidance.powered_flight import Burn
@@ -21,6 +20,7 @@ from orbsoc.orbit import (
     rotate_state,
     state_from_elements,
 )
+from orbsoc.orbit.array import Array, Flags
 
 from ..targets.free_target import FreeTarget
 from ..targets.target import Target
@@ -29,8 +29,6 @@ from .impulses import COARSE, FINE, Impulses, Rules, cheapest
 from .limits import Limits
 from .motion import Motion
 from .transfer import Transfer, constant
-
-Array = NDArray[np.float64]
 
 DEPARTURES, FEW_DEPARTURES = 60, 24
 DENSER = 8
@@ -67,7 +65,7 @@ def guesses(motion: Motion, target: Target, limits: Limits) -> list[Impulses]:
     velocity = position.derivative()
     spacing = departures[1]
 
-    def allowed(departure: Array, size: Array) -> NDArray[np.bool_]:
+    def allowed(departure: Array, size: Array) -> Flags:
         ignition = departure - 0.5 * _burn_time(burn, size, 0.0)
         return np.asarray((ignition >= -spacing) & (ignition <= limits.ignition + spacing))
 
