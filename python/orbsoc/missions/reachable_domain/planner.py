@@ -111,10 +111,7 @@ class _Record:
 
 
 def made(
-    scenario: Scenario,
-    solve: Solve | None,
-    callback: Callable[[Iteration], None] | None,
-    point: Point | None,
+    scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None, point: Point | None
 ) -> PointPlan:
     """Plan one point of the scenario; Ctrl-C is a status."""
     if solve is None:

@@ -59,10 +59,7 @@ _APOGEE: dict[PaperCase, _Known] = {
     "paper004_rec1": _Known(203.950, 0.02, "met by construction", _FITTED),
     "paper004_rec2": _Known(203.950, 0.02, "met by construction", _FITTED),
 }
-_ANGLES = {
-    "min_time": ((-2.0, 1.0), (-11.0, -6.0)),
-    "max_energy": ((-50.0, 50.0), (-11.0, -6.0)),
-}
+_ANGLES = {"min_time": ((-2.0, 1.0), (-11.0, -6.0)), "max_energy": ((-50.0, 50.0), (-11.0, -6.0))}
 ANGLE_DEG = 0.5
 """Of the printed whole degrees."""
 _ANGLES_REASON = (

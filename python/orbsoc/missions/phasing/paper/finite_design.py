@@ -83,11 +83,7 @@ def finite_design(
 def _steering(unknowns: Array, rate: float) -> list[tuple[float, float, float, float]]:
     """Of each burn: duration, pitch half-way, its rate, yaw."""
     six, seven, pitch7, eight, pitch8, yaw8 = map(float, unknowns)
-    return [
-        (six, 0.0, 0.0, 0.5 * np.pi),
-        (seven, pitch7, 0.0, 0.0),
-        (eight, pitch8, rate, yaw8),
-    ]
+    return [(six, 0.0, 0.0, 0.5 * np.pi), (seven, pitch7, 0.0, 0.0), (eight, pitch8, rate, yaw8)]
 
 
 def fitted_engine() -> tuple[float, float, float]:

@@ -53,8 +53,7 @@ def draw_programme(
     if arcs.burns[-1].times_s[-1] > 0.0:
         share = " as change of speed, gravity's share and what is spent on turning the velocity"
         caption = HISTORY.format(
-            what="the burn does" if one else "happens over time",
-            share=share if one else "; burns are shaded",
+            what="the burn does" if one else "happens over time", share=share if one else "; burns are shaded"
         )
         figure = history_figure(titles[1], scenario.vehicle.thruster(), arcs)
         found.append(write_png(figure, folder, "history.png", caption))

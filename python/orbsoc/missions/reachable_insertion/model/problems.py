@@ -189,12 +189,7 @@ class Slack:
 
     @classmethod
     def add(
-        cls,
-        builder: ConicBuilder,
-        rows: tuple[Row, ...],
-        weight: float,
-        *,
-        one_sided: tuple[Row, ...] = (),
+        cls, builder: ConicBuilder, rows: tuple[Row, ...], weight: float, *, one_sided: tuple[Row, ...] = ()
     ) -> Slack:
         """New non-negative unknowns with unit cost."""
         above, below = (

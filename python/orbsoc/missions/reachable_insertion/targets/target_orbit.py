@@ -125,10 +125,7 @@ class TargetOrbit:
         return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
 
     def promised(self, _end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> tuple[Array, Array]:
-        return (
-            scales[0] * self.momentum * self.normal,
-            scales[1] * self.eccentricity * self.perigee,
-        )
+        return (scales[0] * self.momentum * self.normal, scales[1] * self.eccentricity * self.perigee)
 
     def impulse(self, state: Array) -> Array:
         return self.velocity_along(state[:3]) - state[3:]

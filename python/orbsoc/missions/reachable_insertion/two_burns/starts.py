@@ -13,13 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.orbit import (
-    CanonicalUnits,
-    Elements,
-    elements_from_state,
-    rotate_state,
-    state_from_elements,
-)
+from orbsoc.orbit import CanonicalUnits, Elements, elements_from_state, rotate_state, state_from_elements
 from orbsoc.orbit.array import Array, Flags
 
 from ..targets.free_target import FreeTarget

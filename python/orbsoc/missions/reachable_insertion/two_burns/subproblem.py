@@ -181,9 +181,7 @@ def stepped(builder: ConicBuilder, solution: HasPoint, at: Linearised) -> tuple[
     controls = builder.value(solution, "controls").reshape(transfer.controls.shape)
     moved = at.moved(replace(transfer, controls=controls), step)
     new = replace(
-        moved,
-        coasts=np.maximum(moved.coasts, 0.0),
-        durations=np.maximum(moved.durations, SHORTEST),
+        moved, coasts=np.maximum(moved.coasts, 0.0), durations=np.maximum(moved.durations, SHORTEST)
     )
     distance = max(
         float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max())
