@@ -143,14 +143,9 @@ def _pulse(row: TableRow, k: int, ours: float) -> PaperRow:
     if abs(ours - printed) > TOLERANCE_M_S:
         verdict, reason = _why(row, "fitted", k)
     return PaperRow(
-        quantity,
-        row.source,
-        f"{printed:.3f} m/s",
-        f"{ours:.4f} m/s",
-        verdict,
-        reason,
+        quantity, row.source, f"{printed:.3f} m/s", f"{ours:.4f} m/s", verdict, reason,
         f"±{TOLERANCE_M_S:g} m/s",
-    )
+    )  # fmt: skip
 
 
 def _total(row: TableRow, constants: Constants, ours: float | None) -> PaperRow:

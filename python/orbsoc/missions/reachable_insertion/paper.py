@@ -117,11 +117,7 @@ def _angle_rows(plan: SearchResult) -> Iterable[PaperRow]:
         low, high = float(degrees.min()), float(degrees.max())
         same = abs(low - printed[0]) <= ANGLE_DEG and abs(high - printed[1]) <= ANGLE_DEG
         yield PaperRow(
-            f"{name} range",
-            f"{_SECTION}, {figure}",
-            f"{printed[0]:.0f}° … {printed[1]:.0f}°",
-            f"{low:.2f}° … {high:.2f}°",
-            "reproduced" if same else "not reproduced",
-            "" if same else _ANGLES_REASON,
-            f"±{ANGLE_DEG:g}°",
-        )
+            f"{name} range", f"{_SECTION}, {figure}", f"{printed[0]:.0f}° … {printed[1]:.0f}°",
+            f"{low:.2f}° … {high:.2f}°", "reproduced" if same else "not reproduced",
+            "" if same else _ANGLES_REASON, f"±{ANGLE_DEG:g}°",
+        )  # fmt: skip

@@ -141,14 +141,9 @@ def _rows_to_rows() -> Iterable[PaperRow]:
         words = f"Δr {_triple(r / 1e3)} km, Δv {_triple(v)} m/s"
         name = f"{row} coasted to {later}" + (f", B = {drag:g} m²/kg" if drag else "")
         yield PaperRow(
-            name,
-            "table 1",
-            "joined by a burn" if "burn" in later else "the same",
-            words,
-            _held(same, verdict),
-            reason,
-            "±0.006",
-        )
+            name, "table 1", "joined by a burn" if "burn" in later else "the same", words,
+            _held(same, verdict), reason, "±0.006",
+        )  # fmt: skip
 
 
 def _triple(values: np.ndarray) -> str:
