@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.samples import share_row, statistics_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scenario_file import of_mission
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
@@ -179,10 +179,7 @@ def printed_times(flight: Flight, end_s: float, tolerance_m: float, *, along: fl
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario in a folder that has the paper's data; each row's quantity names its plan."""
     rows: list[PaperRow] = []
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "fly_around":
-            continue
-        scenario = load_scenario(path)
+    for scenario in of_mission(Scenario, scenarios):
         if is_papers(scenario) and not scenario.front:
             rows += (
                 replace(row, quantity=f"{scenario.name}: {row.quantity}")

@@ -18,7 +18,7 @@ import numpy as np
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.safety import drift_clearance, states_after
 from orbsoc.guidance.samples import sampled_row, share_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scenario_file import of_mission
 from orbsoc.guidance.scp import uninterrupted
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import DriftEllipse
@@ -178,10 +178,7 @@ def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario of a folder that names a row of the tables, and what the text says of them together."""
     rows: list[PaperRow] = []
     plans: dict[str, ApproachPlan] = {}
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "passive_safety":
-            continue
-        scenario = load_scenario(path)
+    for scenario in of_mission(Scenario, scenarios):
         if scenario.compare_with is None:
             continue
         found = plans[scenario.compare_with] = plan_unflown(scenario)
