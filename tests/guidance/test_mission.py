@@ -140,7 +140,7 @@ def test_a_new_mission_has_a_schema(toy: Path) -> None:
     [
         (("--set", "part_m_s=-5"), "part_m_s = -5: Input should be greater than 0"),
         (("--set", "part_m_s=many"), "part_m_s = 'many': Input should be a valid number"),
-        (("--set", "part=5"), "part = 5: unknown key; allowed here: axis, mission, name, part_m_s"),
+        (("--set", "part=5"), "part = 5: unknown key; allowed here: axis, body, mission, name, part_m_s"),
         (("--set", "part_m_s"), "'part_m_s': must be KEY=VALUE, e.g. method.nodes=16"),
         (("--set", "part_m_s=1", "--set", "part_m_s=2"), "`part_m_s` was set to 1 before; set it once"),
         (("--set", "axis.x=1"), "axis = {'x': 1}: Input should be a valid tuple"),

@@ -81,7 +81,7 @@ WRONG = [
     ("plan paper002.toml --set rendezvous.impulses=3", "2 or 'generated'"),
     ("plan paper003_socp.toml --set scheme=scp", "'paper' or 'socp'"),
     ("plan paper003_socp.toml --set chaser.ecc=1.5", "at least 0 and below 1"),
-    ("plan paper003_socp.toml --set window.revolutions=0", "from 1 to 60"),
+    ("plan paper003_socp.toml --set window.revolutions=0", "from 1 to 500"),
     ("plan kick_stage_reach.toml --set perigee.condition=most", "'at_least' or 'equal'"),
     ("plan kick_stage_reach.toml --set grid.raan_deg.step=0", "a number above 0"),
     ("reach kick_stage_reach.toml --ephemeris 1", "three numbers: inclination (deg), node (deg), perigee"),

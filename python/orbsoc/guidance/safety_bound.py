@@ -126,7 +126,10 @@ class DriftFamily:
             bound = np.minimum(bound, np.where(there, flat + beside(np.maximum(k, 0.0)), inf))
         ends = np.minimum(beside(np.zeros_like(last)), beside(np.where(last < inf, last, 0.0)))
         anywhere = np.maximum(0.0, np.sqrt(ends) - STILL_M * (last + 1.0)) ** 2
-        bound = np.where(part, np.minimum(bound, flat + np.where(last < inf, anywhere, 0.0)), bound)
+        # no fraction of the box drifts towards the target: at its first revolution each is nearest, or closed
+        away = (abs(values[1]) > reach[1]) & (grows - np.sign(values[1]) * step < STILL_M)
+        part_along = np.where(away, beside(np.zeros_like(last)), np.where(last < inf, anywhere, 0.0))
+        bound = np.where(part, np.minimum(bound, flat + part_along), bound)
         middle = np.where(part, inf, middle)
         across = part | (along_f > np.linalg.norm(by_t, axis=0) * dt)
         return Bounds(np.sqrt(np.maximum(bound, 0.0)), np.sqrt(middle), which, across)

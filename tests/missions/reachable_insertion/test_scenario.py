@@ -61,7 +61,7 @@ BAD = {
         r"initial\.position_m = \[1\.0, 2\.0\]: entry 3 is missing",
     ),
     "missing key": (THRUST, "", r"vehicle\.thrust_n: is missing"),
-    "unknown table": ("[method]", "[methods]", r"methods = .*: unknown key; allowed here: axes, burn"),
+    "unknown table": ("[method]", "[methods]", r"methods = .*: unknown key; allowed here: axes, body, burn"),
     "unknown top key": ("axes =", "axis =", r"axis = 'launch_inertial': unknown key.*Did you mean axes"),
     "unknown problem": ('"min_time"', '"fastest"', r"problem = 'fastest': .*'min_time' or 'max_energy'"),
     "unknown mission": ('"reachable_insertion"', '"moon"', r"mission = 'moon': .*'reachable_insertion'"),

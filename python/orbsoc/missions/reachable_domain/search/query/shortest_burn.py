@@ -104,9 +104,9 @@ def _programmes(scenario: Scenario, plan: Any, orbit: OrbitConditions) -> Iterat
     converged on their finest grid, on the coarsest grid and on their own."""
     burn = scenario.canonical_burn()
     yield Programme(plan.trajectory.controls, plan.trajectory.duration)
-    if plan.status is PlanStatus.VERIFIED and len(plan.stages) == 1:
+    if plan.status is PlanStatus.VERIFIED and len(plan.attempts) == 1:
         return
-    first = [each for each in plan.stages if each.start == plan.stages[0].start]
+    first = [each for each in plan.attempts if each.start == plan.attempts[0].start]
     sequences = [each for each in first if each.outcome.reason is ExitReason.CONVERGED][-1:]
     for arc in (plan.trajectory, *(each.outcome.iterate.trajectory for each in sequences)):
         turned = arc.controls
