@@ -72,6 +72,16 @@ class PaperRow:
 
 
 @dataclass(frozen=True, slots=True)
+class Check:
+    """A row of `constraints` in plan.json: by how much a condition is kept (negative: broken), in its unit, and when."""
+
+    name: str
+    margin: float
+    unit: str
+    at_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class FigureFile:
     """A figure that was written: its file name, and a caption that says what it shows."""
 

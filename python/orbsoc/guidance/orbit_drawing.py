@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.elements import at_true_anomaly
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 ASYMPTOTE = 0.9
 """Of the anomaly of a hyperbola's asymptote, to which it is drawn at most."""

@@ -11,10 +11,9 @@ from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import ConstantsSet, Elements, state_from_elements
-from orbsoc.orbit.array import Array
+from orbsoc.orbit.array import Array, Flags
 from orbsoc.orbit.elements import at_true_anomaly
 from orbsoc.orbit.reference_frames import FrameName, below_deg
 
@@ -161,7 +160,7 @@ def _line(panel: Axes, view: Array, points: Array, radius_km: float, **style: ob
     panel.plot(*back.T, **faint)  # type: ignore[arg-type]
 
 
-def _hidden(seen: Array, radius_km: float) -> NDArray[np.bool_]:
+def _hidden(seen: Array, radius_km: float) -> Flags:
     """Which points (K, 3), in the view's axes, lie behind the globe."""
     return np.asarray((seen[:, 2] < 0.0) & (np.hypot(seen[:, 0], seen[:, 1]) < radius_km), np.bool_)
 

@@ -15,13 +15,7 @@ SIGMAS = 3.0
 
 
 def statistics_row(
-    quantity: str,
-    values: Array,
-    unit: str,
-    reason: str,
-    *,
-    p95: float,
-    mean: float | None = None,
+    quantity: str, values: Array, unit: str, reason: str, *, p95: float, mean: float | None = None
 ) -> PaperRow:
     """95th percentile, and mean where one is known, of draws (runs,)."""
     rows = [("95 %", float(np.quantile(values, 0.95)), p95, P95)]

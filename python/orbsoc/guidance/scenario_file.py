@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -165,6 +165,14 @@ def load(model: type[S], path: str | PathLike[str], settings: Mapping[str, Any] 
     """A mission's scenario file, checked; `settings` are values in place of its own by dotted key, "vehicle.thrust_n". Raises
     ScenarioError, also for a setting that would change nothing."""
     return configured(model, read_toml(path), settings, source=str(path))
+
+
+def of_mission(model: type[S], folder: Path) -> Iterator[S]:
+    """The scenarios of a folder that are of the model's mission, by the names of their files. Raises ScenarioError."""
+    [mission] = get_args(model.model_fields["mission"].annotation)
+    for path in sorted(folder.glob("*.toml")):
+        if read_toml(path).get("mission") == mission:
+            yield load(model, path)
 
 
 def configured(

@@ -26,11 +26,16 @@ class Solve(Protocol):
     def __call__(self, problem: Problem, settings: Settings | None = None, /) -> Solution: ...
 
 
-def uninterrupted(solve: Solve | None = None) -> Solve:
-    """A solver, `orbsoc.solve` by default, that raises KeyboardInterrupt where a solve was interrupted."""
+def solver(solve: Solve | None = None) -> Solve:
+    """`solve`, by default `orbsoc.solve`."""
     from orbsoc.solving.solver import solve as solve_in_rust
 
-    used = solve or solve_in_rust
+    return solve or solve_in_rust
+
+
+def uninterrupted(solve: Solve | None = None) -> Solve:
+    """A solver, `orbsoc.solve` by default, that raises KeyboardInterrupt where a solve was interrupted."""
+    used = solver(solve)
 
     def solved(problem: Problem, settings: Settings | None = None, /) -> Solution:
         solution = used(problem, settings)

@@ -79,12 +79,10 @@ def _path(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=3, fontsize=9.5)
     _title(figure, plan)
     return write_png(
-        figure,
-        folder,
-        "ellipse.png",
+        figure, folder, "ellipse.png",
         "The fly-around in the target's axes (the paper's figure 4a): the ellipse with the tube about it, the flight with"
         " J2 and drag, the pulses and their velocity changes.",
-    )
+    )  # fmt: skip
 
 
 def _tube_surface(plan: FlyAround) -> tuple[Array, Array, Array]:
@@ -119,11 +117,9 @@ def _error(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.set_ylim(0.0, 1.08 * max(float(axes.get_ylim()[1]), scenario.tolerance_m))
     _over_time(axes, plan)
     return write_png(
-        figure,
-        folder,
-        "error.png",
+        figure, folder, "error.png",
         "Distance from the moving point of the ellipse (the paper's figure 4b); ticks at the top are pulses.",
-    )
+    )  # fmt: skip
 
 
 def _pulses(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
@@ -175,12 +171,10 @@ def _engine(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.set_ylim(0.0, 1.1 * max(out))
     _over_time(axes, plan)
     return write_png(
-        figure,
-        folder,
-        "engine_out.png",
+        figure, folder, "engine_out.png",
         "How near the free drift comes to the target within two orbits when the engine fails after a pulse, or within it"
         " at the worst fraction.",
-    )
+    )  # fmt: skip
 
 
 def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
@@ -208,12 +202,10 @@ def _front(plan: FlyAround, found: Checked, folder: Path) -> FigureFile:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
     _title(figure, plan)
     return write_png(
-        figure,
-        folder,
-        "front.png",
+        figure, folder, "front.png",
         f"The price of a pulse: the least velocity change found with each number of pulses within"
         f" {plan.scenario.tolerance_m:g} m, and what is proved impossible.",
-    )
+    )  # fmt: skip
 
 
 def _mark_pulses(axes: Axes, found: Checked) -> None:

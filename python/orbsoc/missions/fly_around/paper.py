@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.samples import share_row, statistics_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scenario_file import of_mission
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
@@ -80,28 +80,20 @@ def _adaptive(scenario: Scenario, found: Checked) -> Iterator[PaperRow]:
     yield _error(found, "figure 4b")
     total = found.programme.total_m_s
     yield PaperRow(
-        "fuel, fly-around 1",
-        SECTION,
-        "11.1 m/s",
-        f"{total:.3f} m/s",
-        "not reproduced",
+        "fuel, fly-around 1", SECTION, "11.1 m/s", f"{total:.3f} m/s", "not reproduced",
         f"{_NO_VELOCITY_CHANGE} {found.flown.post_burn_speeds_m_s:.2f} m/s, and without the last pulse"
         f" {found.flown.post_burn_speeds_m_s - _last_speed(found):.2f} m/s",
         f"±{FUEL_M_S:g} m/s",
-    )
+    )  # fmt: skip
     for name, along, known in (("as printed", 5.0, 11), ("with A = 0", 0.0, 14)):
         times = printed_times(scenario.flight, scenario.duration_s, scenario.tolerance_m, along=along)
         programme = through_waypoints(scenario.flight, scenario.start_state, times)
         flown = fly(scenario.flight, scenario.start_state, programme, scenario.duration_s)
         yield PaperRow(
-            f"pulses by eq. (15) {name}",
-            "eq. (15), (16)",
-            "19",
+            f"pulses by eq. (15) {name}", "eq. (15), (16)", "19",
             f"{len(programme)}, which stray {flown.largest_error_m:.1f} m",
-            "misprint" if len(programme) == known else BROKEN,
-            _RULE,
-            "±0",
-        )
+            "misprint" if len(programme) == known else BROKEN, _RULE, "±0",
+        )  # fmt: skip
 
 
 def _equal(found: Checked) -> Iterator[PaperRow]:
@@ -110,14 +102,9 @@ def _equal(found: Checked) -> Iterator[PaperRow]:
     ours = found.flown.post_burn_speeds_m_s
     near = abs(ours - 12.2) <= FUEL_M_S
     yield PaperRow(
-        "fuel, fly-around 2",
-        SECTION,
-        "12.2 m/s",
-        f"{found.programme.total_m_s:.3f} m/s",
-        "inferred" if near else BROKEN,
-        f"{_NO_VELOCITY_CHANGE} {ours:.3f} m/s",
-        f"±{FUEL_M_S:g} m/s",
-    )
+        "fuel, fly-around 2", SECTION, "12.2 m/s", f"{found.programme.total_m_s:.3f} m/s",
+        "inferred" if near else BROKEN, f"{_NO_VELOCITY_CHANGE} {ours:.3f} m/s", f"±{FUEL_M_S:g} m/s",
+    )  # fmt: skip
 
 
 def _fewest(plan: FlyAround, found: Checked) -> Iterator[PaperRow]:
@@ -129,42 +116,30 @@ def _fewest(plan: FlyAround, found: Checked) -> Iterator[PaperRow]:
         else "that fewer cannot do is not proved"
     )
     yield PaperRow(
-        "fewest pulses",
-        "abstract, section 3",
-        "19",
-        str(len(found.programme)),
-        "not reproduced",
+        "fewest pulses", "abstract, section 3", "19", str(len(found.programme)), "not reproduced",
         f"the paper's waypoints are on the ellipse and its arcs stray to one side; free within the tube, {proof}",
         "±0",
-    )
+    )  # fmt: skip
 
 
 def _pulses(found: Checked, printed: int, where: str, text: str = "") -> PaperRow:
     same = len(found.programme) == printed
     reason = "" if same else f"with the paper's data it is known to be {printed}"
     return PaperRow(
-        "pulses",
-        f"{SECTION}, {where}",
-        text or str(printed),
-        str(len(found.programme)),
-        "reproduced" if same else BROKEN,
-        reason,
-        "±0",
-    )
+        "pulses", f"{SECTION}, {where}", text or str(printed), str(len(found.programme)),
+        "reproduced" if same else BROKEN, reason, "±0",
+    )  # fmt: skip
 
 
 def _error(found: Checked, where: str) -> PaperRow:
     ours = found.flown.largest_error_m
     same = ours <= 2.0 + CLOSE_M
     return PaperRow(
-        "largest error",
-        f"{SECTION}, {where}",
-        "≤ 2 m",
+        "largest error", f"{SECTION}, {where}", "≤ 2 m",
         f"{ours:.4f} m; with J2 and drag {float(found.truth.largest_errors_m[0]):.4f} m",
-        "reproduced" if same else BROKEN,
-        "" if same else "with the paper's data it is known to be 2 m",
+        "reproduced" if same else BROKEN, "" if same else "with the paper's data it is known to be 2 m",
         f"+{CLOSE_M:g} m",
-    )
+    )  # fmt: skip
 
 
 def _last_speed(found: Checked) -> float:
@@ -204,10 +179,7 @@ def printed_times(flight: Flight, end_s: float, tolerance_m: float, *, along: fl
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario in a folder that has the paper's data; each row's quantity names its plan."""
     rows: list[PaperRow] = []
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "fly_around":
-            continue
-        scenario = load_scenario(path)
+    for scenario in of_mission(Scenario, scenarios):
         if is_papers(scenario) and not scenario.front:
             rows += (
                 replace(row, quantity=f"{scenario.name}: {row.quantity}")

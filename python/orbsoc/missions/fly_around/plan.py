@@ -146,10 +146,7 @@ def _flights(plan: Plan, found: Checked) -> VerdictLine | None:
 
 
 def plan(
-    scenario: Scenario,
-    *,
-    solve: Solve | None = None,
-    callback: Callable[[Iteration], None] | None = None,
+    scenario: Scenario, *, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> Plan:
     """Plan the fly-around of `scenario`; `callback` sees every conic problem as it is solved.
 

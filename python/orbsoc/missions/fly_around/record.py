@@ -68,10 +68,7 @@ def details(plan: FlyAround) -> str:
 
 def _terminal_error(found: Checked) -> dict[str, float]:
     miss = found.truth.end_states[0] - found.flown.before[-1]
-    return {
-        "position_m": float(np.linalg.norm(miss[:3])),
-        "velocity_m_s": float(np.linalg.norm(miss[3:])),
-    }
+    return {"position_m": float(np.linalg.norm(miss[:3])), "velocity_m_s": float(np.linalg.norm(miss[3:]))}
 
 
 def _proof(search: Search) -> dict[str, Any]:

@@ -18,7 +18,7 @@ import numpy as np
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.safety import drift_clearance, states_after
 from orbsoc.guidance.samples import sampled_row, share_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scenario_file import of_mission
 from orbsoc.guidance.scp import uninterrupted
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import DriftEllipse
@@ -143,14 +143,9 @@ def _pulse(row: TableRow, k: int, ours: float) -> PaperRow:
     if abs(ours - printed) > TOLERANCE_M_S:
         verdict, reason = _why(row, "fitted", k)
     return PaperRow(
-        quantity,
-        row.source,
-        f"{printed:.3f} m/s",
-        f"{ours:.4f} m/s",
-        verdict,
-        reason,
+        quantity, row.source, f"{printed:.3f} m/s", f"{ours:.4f} m/s", verdict, reason,
         f"±{TOLERANCE_M_S:g} m/s",
-    )
+    )  # fmt: skip
 
 
 def _total(row: TableRow, constants: Constants, ours: float | None) -> PaperRow:
@@ -183,10 +178,7 @@ def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario of a folder that names a row of the tables, and what the text says of them together."""
     rows: list[PaperRow] = []
     plans: dict[str, ApproachPlan] = {}
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "passive_safety":
-            continue
-        scenario = load_scenario(path)
+    for scenario in of_mission(Scenario, scenarios):
         if scenario.compare_with is None:
             continue
         found = plans[scenario.compare_with] = plan_unflown(scenario)

@@ -23,10 +23,7 @@ from .verification import LIMIT_M, Verification, verify
 
 BROKEN = 0.05
 """Of the keep-out: a circular model that loses more about an eccentric target is refused."""
-COLUMNS = {
-    "second_s": Column("impulse 2", ".2f", "s"),
-    "cost_m_s": Column("cost", ".6f", "m/s"),
-}
+COLUMNS = {"second_s": Column("impulse 2", ".2f", "s"), "cost_m_s": Column("cost", ".6f", "m/s")}
 """Columns of the iteration table that are this mission's own."""
 
 
@@ -142,10 +139,7 @@ def made(
 
 
 def plan_unflown(
-    scenario: Scenario,
-    *,
-    solve: Solve | None = None,
-    callback: Callable[[Iteration], None] | None = None,
+    scenario: Scenario, *, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> ApproachPlan:
     """The plan as it is solved, without flights and audits; its status says that nothing has verified it."""
     approach = Approach.of(scenario)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
@@ -36,7 +37,7 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         "impulses": programme.to_list() if programme else [],
         "terminal_error": found
         and {"position_m": found.terminal_position_m, "velocity_m_s": found.terminal_velocity_m_s},
-        "constraints": [check.to_dict() for check in found.checks] if found else [],
+        "constraints": [asdict(check) for check in found.checks] if found else [],
         "safe_for_all_time": plan.safe if found and plan.approach.guarded else None,
         "safe_when_cut": plan.safe_when_cut if found and plan.approach.guarded else None,
         "audits": _audits(plan),

@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
+from orbsoc.guidance import mission
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.relative_flight import TRUTHS, drifts, fly
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns
@@ -30,14 +31,8 @@ SAMPLES = 720
 """An orbit, of drifts that are judged and drawn."""
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One condition of the scenario: by how much it is kept (negative: broken), in its unit, and when."""
-
-    name: str
-    margin: float
-    unit: str
-    at_s: float
+class Check(mission.Check):
+    """One condition of the scenario."""
 
     @property
     def kept(self) -> bool:
@@ -45,10 +40,6 @@ class Check:
 
     def __str__(self) -> str:
         return f"{self.name} is broken by {-self.margin:.3g} {self.unit} at {self.at_s:.0f} s"
-
-    def to_dict(self) -> dict[str, Any]:
-        """A row of `constraints` in plan.json."""
-        return {"name": self.name, "margin": self.margin, "unit": self.unit, "at_s": self.at_s}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

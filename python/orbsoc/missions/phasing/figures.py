@@ -9,7 +9,6 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, GREY, PLAIN, STYLE, VERMILION, panels, write_png
@@ -22,8 +21,6 @@ from .planner import PhasingPlan
 from .scenario import zero_utc
 from .search.descent import Descended, PhasingImpulses
 from .verification.flight import Flight
-
-Array = NDArray[np.float64]
 
 TRACK_S = 30.0
 """Between points of the track on the ground."""

@@ -58,10 +58,7 @@ class Plan(PhasingPlan):
 
 
 def plan(
-    scenario: Scenario,
-    *,
-    solve: Solve | None = None,
-    callback: Callable[[Iteration], None] | None = None,
+    scenario: Scenario, *, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> Plan:
     """Plan the approach of `scenario` with `solve`, `orbsoc.solve` by default; `callback` sees every solved problem.
 

@@ -11,7 +11,7 @@ from orbsoc.guidance.claims import Claim, Kind
 from orbsoc.guidance.impulses import Generated, ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
-from orbsoc.guidance.scp import ExitReason, Iteration, Solve
+from orbsoc.guidance.scp import ExitReason, Iteration, Solve, solver
 from orbsoc.orbit import PropagationError
 
 from .dispersion.replanning import Surprised, surprise
@@ -144,12 +144,8 @@ def made(
     scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None
 ) -> PhasingPlan:
     """Plan the scenario; Ctrl-C is a status."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
     try:
-        return _planned(scenario, solve, callback)
+        return _planned(scenario, solver(solve), callback)
     except KeyboardInterrupt:
         return PhasingPlan(scenario, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
 

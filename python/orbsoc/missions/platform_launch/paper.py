@@ -15,7 +15,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.samples import statistics_row
-from orbsoc.guidance.scenario_file import checked, read_toml
+from orbsoc.guidance.scenario_file import checked, of_mission
 from orbsoc.guidance.shipped import shipped_scenarios
 
 from .model.separation import in_rotating_frame
@@ -189,10 +189,9 @@ def _apart(value: float, other: float, key: str) -> float:
 
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every scenario of a folder that has the paper's data; each row's quantity names its plan."""
-    paths = [p for p in sorted(scenarios.glob("*.toml")) if read_toml(p).get("mission") == "platform_launch"]
     return tuple(
         replace(row, quantity=f"{scenario.name}: {row.quantity}")
-        for scenario in filter(is_papers, map(load_scenario, paths))
+        for scenario in filter(is_papers, of_mission(Scenario, scenarios))
         for row in compare(made(scenario, None, None))
     )
 

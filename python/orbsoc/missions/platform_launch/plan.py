@@ -69,10 +69,7 @@ class Plan(LaunchPlan):
 
 
 def plan(
-    scenario: Scenario,
-    *,
-    solve: Solve | None = None,
-    callback: Callable[[Iteration], None] | None = None,
+    scenario: Scenario, *, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> Plan:
     """Plan the launch and the rendezvous of `scenario`; `callback` sees every conic problem as it is solved.
 

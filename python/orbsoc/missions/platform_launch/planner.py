@@ -6,13 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from orbsoc.conic.problem import Problem
-from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Solution, Status
+from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
 from orbsoc.guidance.safety import CutBurn
-from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.guidance.scp import Iteration, Solve, uninterrupted
 from orbsoc.orbit import Elements
 
 from .model.launch import LaunchError
@@ -123,23 +121,12 @@ class LaunchPlan:
 
 def made(scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None) -> LaunchPlan:
     """Plan the scenario; Ctrl-C is a status. Raises PropagationError."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
-
-    def uninterrupted(problem: Problem, settings: Settings | None = None) -> Solution:
-        solution = solve(problem, settings)
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
-        return solution
-
     separation, table = scenario.separation(), scenario.rendezvous
     try:
         found = rendezvous(
             separation.state, scenario.motion, cost=table.cost, longest_s=scenario.longest_s,
             time_s=None if table.duration_s == "free" else table.duration_s,
-            generated=table.impulses == "generated", solve=uninterrupted, callback=callback,
+            generated=table.impulses == "generated", solve=uninterrupted(solve), callback=callback,
         )  # fmt: skip
     except KeyboardInterrupt:
         return LaunchPlan(scenario, PlanStatus.INTERRUPTED, "interrupted", separation)

@@ -17,7 +17,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.mission import Column, PlanStatus
-from orbsoc.guidance.scp import Iteration, Solve
+from orbsoc.guidance.scp import Iteration, Solve, solver
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import inclination_and_node
 
@@ -111,17 +111,10 @@ class _Record:
 
 
 def made(
-    scenario: Scenario,
-    solve: Solve | None,
-    callback: Callable[[Iteration], None] | None,
-    point: Point | None,
+    scenario: Scenario, solve: Solve | None, callback: Callable[[Iteration], None] | None, point: Point | None
 ) -> PointPlan:
     """Plan one point of the scenario; Ctrl-C is a status."""
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
-    record = _Record(solve, callback)
+    record = _Record(solver(solve), callback)
     domain = Domain.of(scenario, solve=Subproblems(record.interior, dual=False), watch=record.watch)
     if point is None:
         inc, raan = np.rad2deg(inclination_and_node(domain.frame.normal))

@@ -59,10 +59,7 @@ _APOGEE: dict[PaperCase, _Known] = {
     "paper004_rec1": _Known(203.950, 0.02, "met by construction", _FITTED),
     "paper004_rec2": _Known(203.950, 0.02, "met by construction", _FITTED),
 }
-_ANGLES = {
-    "min_time": ((-2.0, 1.0), (-11.0, -6.0)),
-    "max_energy": ((-50.0, 50.0), (-11.0, -6.0)),
-}
+_ANGLES = {"min_time": ((-2.0, 1.0), (-11.0, -6.0)), "max_energy": ((-50.0, 50.0), (-11.0, -6.0))}
 ANGLE_DEG = 0.5
 """Of the printed whole degrees."""
 _ANGLES_REASON = (
@@ -120,11 +117,7 @@ def _angle_rows(plan: SearchResult) -> Iterable[PaperRow]:
         low, high = float(degrees.min()), float(degrees.max())
         same = abs(low - printed[0]) <= ANGLE_DEG and abs(high - printed[1]) <= ANGLE_DEG
         yield PaperRow(
-            f"{name} range",
-            f"{_SECTION}, {figure}",
-            f"{printed[0]:.0f}° … {printed[1]:.0f}°",
-            f"{low:.2f}° … {high:.2f}°",
-            "reproduced" if same else "not reproduced",
-            "" if same else _ANGLES_REASON,
-            f"±{ANGLE_DEG:g}°",
-        )
+            f"{name} range", f"{_SECTION}, {figure}", f"{printed[0]:.0f}° … {printed[1]:.0f}°",
+            f"{low:.2f}° … {high:.2f}°", "reproduced" if same else "not reproduced",
+            "" if same else _ANGLES_REASON, f"±{ANGLE_DEG:g}°",
+        )  # fmt: skip

@@ -13,8 +13,8 @@ import numpy as np
 from orbsoc.guidance.claims import Kind
 from orbsoc.guidance.figure_style import image_element
 from orbsoc.guidance.mission import Difference, FigureFile, PaperRow, PlanStatus
-from orbsoc.guidance.scenario_file import read_toml
-from orbsoc.guidance.scp import ExitReason, Iteration, Solve
+from orbsoc.guidance.scenario_file import of_mission
+from orbsoc.guidance.scp import ExitReason, Iteration, Solve, solver
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 from orbsoc.orbit import elements_from_state
 
@@ -26,7 +26,7 @@ from .record.attitude import attitude_table
 from .record.document import plan_document, starts_tried, violations
 from .record.messages import messages
 from .record.words import Phrases, answer_line, fitted, optimum_line, sentences, wait_in_words
-from .scenario import ProblemName, Scenario, load_scenario
+from .scenario import ProblemName, Scenario
 from .search.ignition import LaterIgnition, later_ignition
 from .search.run import Claim, SearchResult
 from .search.setup import InsertionSetup
@@ -136,10 +136,7 @@ def plan(
     reached, or a sequence that does not converge, is a status with its reason. Raises
     `orbsoc.guidance.scenario_file.ScenarioError` when `problem` contradicts the scenario.
     """
-    if solve is None:
-        from orbsoc.solving.solver import solve as solve_in_rust
-
-        solve = solve_in_rust
+    solve = solver(solve)
     if problem is not None and problem != scenario.problem:
         scenario = scenario.with_changes(problem=problem)
     if scenario.burn.count == 1:
@@ -154,10 +151,7 @@ def plan(
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Both problems of every scenario in a folder that names a case of the paper; each row's quantity names its plan."""
     rows: list[PaperRow] = []
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") != "reachable_insertion":
-            continue
-        scenario = load_scenario(path)
+    for scenario in of_mission(Scenario, scenarios):
         for problem in ("min_time", "max_energy") if scenario.compare_with else ():
             planned = plan(scenario.with_changes(problem=problem))
             assert isinstance(planned, Plan)  # the paper has one burn

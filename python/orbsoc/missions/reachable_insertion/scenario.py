@@ -12,7 +12,6 @@ from os import PathLike
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
@@ -27,11 +26,11 @@ from orbsoc.orbit import (
     elements_from_state,
     rotate_state,
 )
+from orbsoc.orbit.array import Array
 
 from .targets.table import TargetTable, idle_target_keys, target_complaints
 from .targets.target_orbit import TargetOrbit
 
-Array = NDArray[np.float64]
 ProblemName = Literal["min_time", "max_energy"]
 PaperCase = Literal["paper004_as_printed", "paper004_zf196", "paper004_rec1", "paper004_rec2"]
 

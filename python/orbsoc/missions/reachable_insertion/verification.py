@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.guidance.powered_flight import commanded
@@ -27,14 +26,13 @@ from orbsoc.orbit import (
     propagate_burn,
     rotate_state,
 )
+from orbsoc.orbit.array import Array
 
 from .model.attitude_rate import peak_rate, rates
 from .model.coast import at_ignition, coasted
 from .model.problems import Iterate
 from .scenario import Scenario
 from .targets.target import Target
-
-Array = NDArray[np.float64]
 
 THRUST_EXCESS = "max‖u‖ − 1 between nodes"
 SAMPLES = 401

@@ -72,12 +72,7 @@ class Ellipse:
         n = self.mean_motion_rad_s
         r, v, a = (self._on_axes(times_s, order) for order in range(3))
         natural = np.stack(
-            [
-                3.0 * n**2 * r[..., 0] + 2.0 * n * v[..., 1],
-                -2.0 * n * v[..., 0],
-                -(n**2) * r[..., 2],
-            ],
-            axis=-1,
+            [3.0 * n**2 * r[..., 0] + 2.0 * n * v[..., 1], -2.0 * n * v[..., 0], -(n**2) * r[..., 2]], axis=-1
         )
         return np.asarray(a - natural - np.asarray(disturbance_m_s2))
 

@@ -7,19 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.scp import ExitReason, Iteration, Proposal, trust_region
+from orbsoc.orbit.array import Array
 from orbsoc.solving.solver import Solver
 
 from ..model.approach import Approach, Roll, approach_at
 from ..search.descent import RULES, TOLERANCE
-
-Array = NDArray[np.float64]
 
 SPREAD_M_S = 1.0
 """What a new goal may take of an instant without an impulse, before the descent gathers it again."""

@@ -7,17 +7,15 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.orbit import PropagationError
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import fast_coast, fast_coast_with_transitions
 from orbsoc.orbit.relative import local_frame
 
 from ..scenario import Scenario
 from .mean_motion import element_lengths, element_rows, equinoctial, secular, states_of, wrapped
-
-Array = NDArray[np.float64]
 
 LAST_S, LAST_NODE_S = 900.0, 150.0
 """Before the meeting instants are closer: for how long, and how close."""

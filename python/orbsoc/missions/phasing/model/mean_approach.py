@@ -9,15 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import PropagationError
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import local_frame
 
 from .approach import Approach, Roll
 from .mean_motion import differences, drifted, equinoctial, secular_rates, states_of, wrapped
-
-Array = NDArray[np.float64]
 
 STEPS = np.array([10.0, 1e-6, 1e-6, 1e-6, 1e-6, 0.1])
 """Of a (m), f, g, h, k and time (s), by which derivatives are taken."""

@@ -10,13 +10,12 @@ from collections.abc import Callable, Sequence
 from math import tau
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.orbit import EARTH, Elements
 from orbsoc.orbit.anomalies import mean_from_true
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import EARTH_J2, Force, fast_coast
-
-Array = NDArray[np.float64]
 
 MU, RADIUS_M = EARTH.mu_m3_s2, EARTH.earth_radius_m
 SAMPLES = 48

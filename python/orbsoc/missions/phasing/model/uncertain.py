@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import fast_coast_with_transitions
 from orbsoc.orbit.relative import local_frame
 
 from ..scenario import Errors
 from .approach import Approach, Roll, approach_at
-
-Array = NDArray[np.float64]
 
 FOLLOWED_S, STEP_S = 11_000.0, 110.0
 """Two revolutions after the meeting, in which the least distance is looked for."""

@@ -9,17 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from orbsoc.orbit import Elements, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import SteeredBurn, fast_burn, fast_coast
 
 from ..model.approach import ROWS
 from .printed import TABLE
 from .table_checks import forces
-
-Array = NDArray[np.float64]
 
 FORCES = forces()
 EXHAUST_M_S = 3090.0
@@ -85,11 +83,7 @@ def finite_design(
 def _steering(unknowns: Array, rate: float) -> list[tuple[float, float, float, float]]:
     """Of each burn: duration, pitch half-way, its rate, yaw."""
     six, seven, pitch7, eight, pitch8, yaw8 = map(float, unknowns)
-    return [
-        (six, 0.0, 0.0, 0.5 * np.pi),
-        (seven, pitch7, 0.0, 0.0),
-        (eight, pitch8, rate, yaw8),
-    ]
+    return [(six, 0.0, 0.0, 0.5 * np.pi), (seven, pitch7, 0.0, 0.0), (eight, pitch8, rate, yaw8)]
 
 
 def fitted_engine() -> tuple[float, float, float]:

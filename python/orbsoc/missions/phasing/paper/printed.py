@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import Elements, state_from_elements
-
-Array = NDArray[np.float64]
+from orbsoc.orbit.array import Array
 
 
 @dataclass(frozen=True, slots=True)

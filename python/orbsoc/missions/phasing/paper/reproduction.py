@@ -14,7 +14,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import BROKEN, PaperRow
 from orbsoc.guidance.samples import MEAN, P95, sampled_row
-from orbsoc.guidance.scenario_file import read_toml
+from orbsoc.guidance.scenario_file import of_mission
 from orbsoc.orbit import EARTH
 from orbsoc.orbit.perturbations import fast_coast
 
@@ -33,11 +33,9 @@ DESIGN_B, FLIGHT_B = 0.0016, 0.00545
 def reproduce(scenarios: Path) -> tuple[PaperRow, ...]:
     """Every printed statement with numbers, and the plans of the folder that stand beside it."""
     rows = [*_equations(), *_rows_to_rows(), *_design(), *_distances(), *_launch_burns()]
-    for path in sorted(scenarios.glob("*.toml")):
-        if read_toml(path).get("mission") == "phasing":
-            scenario = load_scenario(path)
-            if scenario.compare_with is not None:
-                rows += _plans(scenario)
+    for scenario in of_mission(Scenario, scenarios):
+        if scenario.compare_with is not None:
+            rows += _plans(scenario)
     return tuple(rows)
 
 
@@ -141,14 +139,9 @@ def _rows_to_rows() -> Iterable[PaperRow]:
         words = f"Δr {_triple(r / 1e3)} km, Δv {_triple(v)} m/s"
         name = f"{row} coasted to {later}" + (f", B = {drag:g} m²/kg" if drag else "")
         yield PaperRow(
-            name,
-            "table 1",
-            "joined by a burn" if "burn" in later else "the same",
-            words,
-            _held(same, verdict),
-            reason,
-            "±0.006",
-        )
+            name, "table 1", "joined by a burn" if "burn" in later else "the same", words,
+            _held(same, verdict), reason, "±0.006",
+        )  # fmt: skip
 
 
 def _triple(values: np.ndarray) -> str:

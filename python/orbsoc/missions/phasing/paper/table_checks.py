@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass, fast_coast
 from orbsoc.orbit.relative import local_frame, relative_state
 
 from .printed import TABLE
-
-Array = NDArray[np.float64]
 
 STEP_S = 10.0
 

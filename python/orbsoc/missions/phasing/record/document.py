@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
@@ -39,7 +40,7 @@ def plan_document(plan: PhasingPlan) -> dict[str, Any]:
             if name not in GIVEN
         },
         "scheme_m_s": plan.scheme and plan.scheme.cost_m_s,
-        "constraints": [check.to_dict() for check in flight.checks] if flight else [],
+        "constraints": [asdict(check) for check in flight.checks] if flight else [],
         "audits": {},
         "distance": flight
         and {"time_s": flight.after_s.tolist(), "distance_m": np.round(flight.distance_m, 3).tolist()},

@@ -6,18 +6,16 @@ from os import PathLike
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, Strict, model_validator
 
 from orbsoc.guidance.body import central_body
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import Vector
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, elements_from_state, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import J2, Drag, Force, PointMass
 
 from .orbits import in_own_keys
-
-Array = NDArray[np.float64]
 
 GROUND_KM = 80.0
 """An orbit that comes lower is none."""

@@ -11,18 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import Generated, Impulses, generate
 from orbsoc.guidance.scp import Iteration, Outcome, Proposal, Solve, TrustRules, trust_region
+from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach, Roll
 from ..model.uncertain import Chance
-
-Array = NDArray[np.float64]
 
 EVERY = 12
 """Of the instants, those that the first round of the first subproblem has."""

@@ -11,17 +11,15 @@ from dataclasses import dataclass
 from math import ceil, floor, tau
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import ExitReason, Solve, TrustRules
+from orbsoc.orbit.array import Array
 
 from ..model.approach import states_at
 from ..model.mean_approach import MeanApproach, onward
 from ..model.mean_motion import RADIUS_M, mean_elements, secular_rates, wrapped
 from ..scenario import Scenario
 from .descent import Descended, PhasingImpulses, descend
-
-Array = NDArray[np.float64]
 
 A_TURN = 12
 """Instants a revolution."""

@@ -11,17 +11,15 @@ from dataclasses import dataclass
 from math import cos, pi, sin, sqrt, tau
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import fast_coast
 
 from ..model.approach import Approach, Roll, approach_at, state_at
 from ..scenario import Scenario
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,16 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve, TrustRules
+from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach, approach_at, approach_between
 from ..scenario import Scenario
 from .descent import Descended, descend, spread
 from .drift import Transfer
-
-Array = NDArray[np.float64]
 
 BESIDE_S = ((40.0, 80.0, 160.0), (10.0, 20.0))
 """Before and after each impulse: instants of a round where it may be given instead."""

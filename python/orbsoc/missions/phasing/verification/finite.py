@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import PropagationError
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import SteeredBurn, fast_burn, fast_coast
 from orbsoc.orbit.relative import local_frame
 
 from ..model.approach import ROWS, Approach, Roll, state_at
 from ..scenario import Engine, Scenario
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

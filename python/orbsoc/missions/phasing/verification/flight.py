@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.mission import Check
 from orbsoc.orbit import EARTH
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import EARTH_J2, J2, Force, PointMass, coast
 from orbsoc.orbit.relative import local_frame, relative_state
 
 from ..model.approach import states_at
 from ..scenario import Scenario
 from ..search.first_guess import elements
-
-Array = NDArray[np.float64]
 
 LIMIT_M, LIMIT_M_S = 1.0, 1e-3
 """Within which a flown plan meets the target. DOP853 itself is off by decimetres where the air's layers meet."""
@@ -29,19 +28,6 @@ AFTER_S, STEP_S = 12_000.0, 60.0
 """How long after the meeting the distance is told, as in the paper's figures 3 and 4, and how often."""
 SAMPLE_S = 240.0
 """Between the states of the flight that are told."""
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """A condition and by how much it holds; negative is broken."""
-
-    name: str
-    margin: float
-    unit: str
-    at_s: float
-
-    def to_dict(self) -> dict[str, float | str]:
-        return {"name": self.name, "margin": self.margin, "unit": self.unit, "at_s": self.at_s}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

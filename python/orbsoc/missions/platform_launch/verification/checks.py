@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from orbsoc.guidance.mission import Check
 from orbsoc.guidance.relative_flight import oblate_with_drag, two_body
 
 from ..model.separation import Separation, disagreement
@@ -21,16 +22,6 @@ MISS_M, MISS_M_S = 1e-3, 1e-6
 """Within which the corrected flight must end."""
 CHEAPER = 1e-7
 """By which another minimum may be cheaper: what the conic solver leaves, m²/s²."""
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """A row of `constraints` in plan.json: by how much a condition is kept (negative: broken), in its unit, and when."""
-
-    name: str
-    margin: float
-    unit: str
-    at_s: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,18 +6,16 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import labels_in_line
 from orbsoc.orbit import EARTH, ConstantsSet, Thruster, elements_from_state
+from orbsoc.orbit.array import Array
 
 from ..verification import Arcs, Flight
 from .orbit import AFTER, BEFORE, BURN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

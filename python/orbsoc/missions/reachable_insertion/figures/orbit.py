@@ -5,19 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, VERMILION
 from orbsoc.guidance.orbit_drawing import draw_earth, draw_orbit, plane_of
 from orbsoc.orbit import ConstantsSet, elements_from_state
+from orbsoc.orbit.array import Array
 
 from ..verification import Arcs, shape_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 BEFORE, BURN, AFTER, COAST, BETWEEN = BLUE, VERMILION, GREEN, "#7a7a7a", "#CC79A7"
 """The last one is Okabe–Ito reddish purple, of the transfer orbit."""

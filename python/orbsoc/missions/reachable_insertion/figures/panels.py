@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import BLUE, GREEN, STYLE, VERMILION, labels_in_line, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import pitch_yaw
+from orbsoc.orbit.array import Array
 
 from ..scenario import Scenario
 from ..search.run import SearchResult
@@ -28,8 +28,6 @@ from .space import draw_in_space
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 COLOURS = (BLUE, VERMILION, GREEN)
 ORBIT = (
@@ -55,8 +53,7 @@ def draw_programme(
     if arcs.burns[-1].times_s[-1] > 0.0:
         share = " as change of speed, gravity's share and what is spent on turning the velocity"
         caption = HISTORY.format(
-            what="the burn does" if one else "happens over time",
-            share=share if one else "; burns are shaded",
+            what="the burn does" if one else "happens over time", share=share if one else "; burns are shaded"
         )
         figure = history_figure(titles[1], scenario.vehicle.thruster(), arcs)
         found.append(write_png(figure, folder, "history.png", caption))

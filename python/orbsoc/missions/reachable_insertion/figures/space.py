@@ -5,18 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.guidance.orbit_space import Curve, Whole, ground_figure, space_figure
 from orbsoc.orbit import elements_from_state, rotate_state
+from orbsoc.orbit.array import Array
 
 from ..scenario import Scenario
 from ..verification import Arcs
 from .orbit import AFTER, BEFORE, BETWEEN, BURN, COAST
-
-Array = NDArray[np.float64]
 
 SPACE = "The orbits with coasts and burns in space, about the body with its equator, graticule of 30° and pole; dotted behind it."
 GROUND = "The track on the ground of coasts and burns, on a graticule of 30°, with launch sites."

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, Term, Variable
@@ -23,10 +23,9 @@ from orbsoc.guidance.collocation import (
     legendre_gauss,
 )
 from orbsoc.guidance.powered_flight import BurnVariables, Trajectory
+from orbsoc.orbit.array import Array
 
 from .. import tuning
-
-Array = NDArray[np.float64]
 
 SAMPLES_PER_NODE = 64
 STEP = 1e-5

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from orbsoc.orbit import ConstantsSet, Thruster, propagate_burn, rotate_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import J2, Force, PointMass, coast, fast_coast
 
 from ..scenario import Scenario
-
-Array = NDArray[np.float64]
 
 ENGINE_OFF = Thruster(mass_kg=1.0, thrust_n=0.0, mass_flow_kg_s=0.0)
 

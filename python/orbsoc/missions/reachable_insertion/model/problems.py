@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.builder import ConicBuilder, Term, Variable
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.powered_flight import Burn, BurnVariables, Trajectory, add_burn, read_burn, stored
 from orbsoc.guidance.scp import Step, Subproblem
+from orbsoc.orbit.array import Array
 
 from .. import tuning
 from ..targets.rows import PLANE_ROWS, TERMINAL_ROWS, Row
@@ -28,7 +28,6 @@ from ..targets.target import Target
 from ..targets.target_orbit import LargestOrbit, LinearVectors
 from .attitude_rate import RateBound
 
-Array = NDArray[np.float64]
 Figures = Callable[[Trajectory], Mapping[str, float]]
 """A mission's own columns of the iteration table."""
 T = TypeVar("T")
@@ -190,12 +189,7 @@ class Slack:
 
     @classmethod
     def add(
-        cls,
-        builder: ConicBuilder,
-        rows: tuple[Row, ...],
-        weight: float,
-        *,
-        one_sided: tuple[Row, ...] = (),
+        cls, builder: ConicBuilder, rows: tuple[Row, ...], weight: float, *, one_sided: tuple[Row, ...] = ()
     ) -> Slack:
         """New non-negative unknowns with unit cost."""
         above, below = (

@@ -36,12 +36,7 @@ class Proof:
 
 
 def proof_of_infeasibility(
-    burn: Burn,
-    target: Target,
-    duration: float,
-    *,
-    coasts: bool = False,
-    drift: float = 0.0,
+    burn: Burn, target: Target, duration: float, *, coasts: bool = False, drift: float = 0.0
 ) -> Proof | None:
     """Why no burn of at most `duration` ends on the target; None for no proof.
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import pitch_yaw
+from orbsoc.orbit.array import Array
 
 from ..scenario import Scenario
 from ..verification import Arcs
-
-Array = NDArray[np.float64]
 
 COLUMNS = {
     "launch_inertial": ("t_s", "pitch_deg", "yaw_deg", "ux", "uy", "uz", "rate_deg_s"),

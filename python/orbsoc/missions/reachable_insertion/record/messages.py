@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from orbsoc.guidance.ccsds import FRAME, InertialManoeuvre, Subject, oem, opm
@@ -11,8 +10,6 @@ from orbsoc.orbit import rotate_state
 
 from ..scenario import Scenario
 from ..verification import Arcs, Flight
-
-Array = NDArray[np.float64]
 
 
 def messages(scenario: Scenario, arcs: Arcs) -> dict[str, str]:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.orbit import PropagationError
+from orbsoc.orbit.array import Array
 
 from .. import tuning
 from ..model.coast import coasted
@@ -24,7 +24,6 @@ from ..starts.steering_law import Law, corrected, smoothed, turn_of
 from .run import COLD, Attempt, SearchResult
 from .setup import InsertionSetup
 
-Array = NDArray[np.float64]
 SearchFrom = Callable[[InsertionSetup, Start], SearchResult]
 """A search of its own, from one law at one ignition."""
 

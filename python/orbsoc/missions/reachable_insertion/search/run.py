@@ -136,11 +136,7 @@ class SearchResult:
         if not found.verified:
             return (attempt.standing, 1.0, float(len(found.failures)), found.angular_momentum_rel)
         largest = self.scenario.problem == "max_energy"
-        return (
-            attempt.standing,
-            0.0,
-            -found.planned_orbit.sma_m if largest else attempt.trajectory.duration,
-        )
+        return (attempt.standing, 0.0, -found.planned_orbit.sma_m if largest else attempt.trajectory.duration)
 
     @property
     def best(self) -> Attempt:

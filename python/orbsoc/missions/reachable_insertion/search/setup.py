@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import legendre_gauss
 from orbsoc.guidance.powered_flight import Burn, Trajectory, commanded
 from orbsoc.guidance.scp import Subproblem
 from orbsoc.orbit import CanonicalUnits, elements_from_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.propagate import Steering
 from orbsoc.orbit.vectors import specific_energy
 
@@ -27,7 +27,6 @@ from ..targets.target import Target
 from ..targets.target_orbit import LargestOrbit, TargetOrbit
 from ..verification import Verification, verify
 
-Array = NDArray[np.float64]
 Linearise = Callable[[Iterate], Subproblem[Iterate]]
 
 

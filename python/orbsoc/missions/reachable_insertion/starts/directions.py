@@ -12,18 +12,16 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.guidance.powered_flight import Burn, Trajectory
 from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Thruster, propagate_burn
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.propagate import Steering
 
 from .. import tuning
 from ..targets.target import Target
 from .steering_law import Law, constant, corrected, longest_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

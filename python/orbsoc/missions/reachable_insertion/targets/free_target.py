@@ -22,12 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Elements, angular_momentum, laplace_vector
+from orbsoc.orbit.array import Array
 
 from .rows import PLANE_ROWS, Row
 from .table import TargetTable
 from .target_orbit import CIRCULAR
-
-Array = NDArray[np.float64]
 
 STEP = 1e-30
 NEWTON = 12

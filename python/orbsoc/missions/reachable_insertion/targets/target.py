@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from orbsoc.orbit import Elements
+from orbsoc.orbit.array import Array
 
 from .rows import Row
-
-Array = NDArray[np.float64]
 
 
 class Target(Protocol):

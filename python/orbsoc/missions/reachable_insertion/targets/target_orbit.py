@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import (
     EARTH,
@@ -17,11 +16,10 @@ from orbsoc.orbit import (
     laplace_jacobian,
     laplace_vector,
 )
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.planes import cross
 
 from .rows import PLANE_ROWS, TERMINAL_ROWS, Row
-
-Array = NDArray[np.float64]
 
 CIRCULAR = 1e-9
 """Eccentricity below which a target has no usable perigee direction."""
@@ -127,10 +125,7 @@ class TargetOrbit:
         return f"the perigee direction off by {np.rad2deg(np.arctan2(abs(value), eccentricity)):.3f}°"
 
     def promised(self, _end: Array, scales: tuple[float, float] = (1.0, 1.0)) -> tuple[Array, Array]:
-        return (
-            scales[0] * self.momentum * self.normal,
-            scales[1] * self.eccentricity * self.perigee,
-        )
+        return (scales[0] * self.momentum * self.normal, scales[1] * self.eccentricity * self.perigee)
 
     def impulse(self, state: Array) -> Array:
         return self.velocity_along(state[:3]) - state[3:]

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.figure_style import STYLE, write_png
 from orbsoc.guidance.mission import FigureFile
 from orbsoc.orbit import pitch_yaw
+from orbsoc.orbit.array import Array
 
 from ..figures.orbit import BEFORE, BURN
 from ..figures.panels import draw_programme
@@ -20,8 +20,6 @@ from .verification import Verification
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 
 def title_of(plan: TransferPlan) -> str:

@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.collocation import interpolation_matrix, legendre_gauss
 from orbsoc.guidance.powered_flight import Burn
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.runge_kutta import RungeKuttaArc, force_times, integrate_explicitly
 
 from .motion import DIFFERENCE, Motion, lowest_of
 from .transfer import Transfer
-
-Array = NDArray[np.float64]
 
 FEWEST_STEPS = 16
 SPARE = 4

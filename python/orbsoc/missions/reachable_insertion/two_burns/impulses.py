@@ -12,11 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array, Flags
 
 from ..targets.target_orbit import TargetOrbit
 
-Array = NDArray[np.float64]
 Orbit = Callable[[Array], Array]
 """States (..., 6) at times (...)."""
 
@@ -80,7 +80,7 @@ class Rules:
 
     longest: float
     lowest: float
-    allowed: Callable[[Array, Array], NDArray[np.bool_]]
+    allowed: Callable[[Array, Array], Flags]
 
 
 def cheapest(

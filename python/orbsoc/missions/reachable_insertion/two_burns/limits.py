@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array, Flags
 
 from .transfer import Transfer
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +29,7 @@ class Limits:
         durations *= min(1.0, self.burning / durations.sum())
         return Transfer(transfer.grid, coasts, durations, transfer.controls)
 
-    def open(self, transfer: Transfer, step: Array) -> NDArray[np.bool_]:
+    def open(self, transfer: Transfer, step: Array) -> Flags:
         """Of a step of [coasts, durations] (2K,), which times it may move: not those at a bound that it leads over."""
         now = np.concatenate([transfer.coasts, transfer.durations])
         low = np.concatenate([np.zeros(2), np.full(2, SHORTEST)])

@@ -10,17 +10,15 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.guidance.powered_flight import Burn
 from orbsoc.orbit import EARTH, CanonicalUnits, PropagationError, rotate_state
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.kepler import coasted_in_closed_form
 from orbsoc.orbit.perturbations import Force, fast_coast, fast_coast_with_transitions
 
 from ..model.coast import oblate
 from ..search.setup import InsertionSetup
-
-Array = NDArray[np.float64]
 
 DIFFERENCE = 1e-5
 """Half the distance of neighbouring flights, canonical."""

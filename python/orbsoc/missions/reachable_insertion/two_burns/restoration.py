@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from ..targets.target import Target
 from .flight import LowestPoint, Sensitivities, ends_of, lowest_point, sensitivities
@@ -18,8 +19,6 @@ from .limits import Limits
 from .motion import Motion, lowest_of
 from .transfer import Transfer, rotated
 from .turning import slowed, turn_rates
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 15
 MISS = 1e-11

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.settings import Settings
 from orbsoc.guidance.mission import PlanStatus
@@ -25,6 +24,7 @@ from orbsoc.guidance.scp import (
     within_residual,
 )
 from orbsoc.orbit import PropagationError, elements_from_state
+from orbsoc.orbit.array import Array
 
 from ..model.proof import Proof, oblate_coast, proof_of_infeasibility
 from ..search.setup import InsertionSetup
@@ -36,8 +36,6 @@ from .starts import MANY, as_burns, guesses, revolutions
 from .subproblem import Linearised, bend_of, multipliers, problem_about, stepped
 from .transfer import Transfer
 from .verification import Verification, verify
-
-Array = NDArray[np.float64]
 
 FLOWN = 6
 """Pairs of impulses that are made into burns and flown onto the target orbit."""

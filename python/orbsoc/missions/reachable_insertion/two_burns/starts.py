@@ -10,17 +10,11 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from orbsoc.guidance.powered_flight import Burn
-from orbsoc.orbit import (
-    CanonicalUnits,
-    Elements,
-    elements_from_state,
-    rotate_state,
-    state_from_elements,
-)
+from orbsoc.orbit import CanonicalUnits, Elements, elements_from_state, rotate_state, state_from_elements
+from orbsoc.orbit.array import Array, Flags
 
 from ..targets.free_target import FreeTarget
 from ..targets.target import Target
@@ -29,8 +23,6 @@ from .impulses import COARSE, FINE, Impulses, Rules, cheapest
 from .limits import Limits
 from .motion import Motion
 from .transfer import Transfer, constant
-
-Array = NDArray[np.float64]
 
 DEPARTURES, FEW_DEPARTURES = 60, 24
 DENSER = 8
@@ -67,7 +59,7 @@ def guesses(motion: Motion, target: Target, limits: Limits) -> list[Impulses]:
     velocity = position.derivative()
     spacing = departures[1]
 
-    def allowed(departure: Array, size: Array) -> NDArray[np.bool_]:
+    def allowed(departure: Array, size: Array) -> Flags:
         ignition = departure - 0.5 * _burn_time(burn, size, 0.0)
         return np.asarray((ignition >= -spacing) & (ignition <= limits.ignition + spacing))
 

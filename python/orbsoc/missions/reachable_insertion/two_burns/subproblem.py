@@ -15,13 +15,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.conic.problem import Problem
 from orbsoc.guidance.powered_flight import stored
+from orbsoc.orbit.array import Array
 
 from ..model.attitude_rate import add_turns, slope_matrix
 from ..targets.target import Target
@@ -30,9 +30,6 @@ from .limits import SHORTEST, Limits
 from .motion import Motion
 from .transfer import Transfer
 from .turning import held_shares
-
-Array = NDArray[np.float64]
-
 
 ROWS = "target"
 DIFFERENCE = 1e-4
@@ -184,9 +181,7 @@ def stepped(builder: ConicBuilder, solution: HasPoint, at: Linearised) -> tuple[
     controls = builder.value(solution, "controls").reshape(transfer.controls.shape)
     moved = at.moved(replace(transfer, controls=controls), step)
     new = replace(
-        moved,
-        coasts=np.maximum(moved.coasts, 0.0),
-        durations=np.maximum(moved.durations, SHORTEST),
+        moved, coasts=np.maximum(moved.coasts, 0.0), durations=np.maximum(moved.durations, SHORTEST)
     )
     distance = max(
         float(np.abs(step).max()), float(np.linalg.norm(controls - transfer.controls, axis=2).max())

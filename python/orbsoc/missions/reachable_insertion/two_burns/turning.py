@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from orbsoc.orbit.array import Array
 
 from ..model.attitude_rate import peak_rate, slope_matrix
 from .transfer import Transfer
-
-Array = NDArray[np.float64]
 
 ROUNDS = 30
 """In which directions are drawn together; one is enough where they are close."""

@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.orbit import CanonicalUnits
+from orbsoc.orbit.array import Array
 
 from ..model.coast import coasted_from
 from ..scenario import Scenario
 from ..targets.target import Target
 from ..verification import SAMPLES, Arcs, CoastArc, EndOfFlight, Flight, flown_burn, judged
 from .transfer import Transfer
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

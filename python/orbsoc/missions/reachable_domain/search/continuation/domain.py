@@ -31,11 +31,7 @@ class Domain:
 
     @classmethod
     def of(
-        cls,
-        scenario: Scenario,
-        *,
-        solve: Subproblems | None = None,
-        watch: Watch | None = None,
+        cls, scenario: Scenario, *, solve: Subproblems | None = None, watch: Watch | None = None
     ) -> Domain:
         """Make a scenario ready; `solve` solves batches of subproblems, by default with `orbsoc.solve_batch`, and `watch`
         sees them."""

@@ -18,13 +18,7 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import BaseScenario, checked
 from orbsoc.guidance.scp import ExitReason
 from orbsoc.missions.registry import MISSIONS
-from orbsoc.orbit import (
-    EARTH,
-    CanonicalUnits,
-    Elements,
-    PropagationError,
-    state_from_elements,
-)
+from orbsoc.orbit import EARTH, CanonicalUnits, Elements, PropagationError, state_from_elements
 from orbsoc.orbit.array import Array
 
 from ...model.flight.propagation import fly
