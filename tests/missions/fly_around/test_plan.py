@@ -72,7 +72,7 @@ def test_the_proof_of_the_fewest_pulses_stands_in_the_document() -> None:
         ("fewest", (
             "Answer   VERIFIED     13 pulses, 3.205 m/s; strays 2.004 m with J2 and drag (allowed 2 + 0.01 m)",
             "Optimum  PROVED       12 pulses stray ≥ 2.2329 m (allowed 2 m)",
-            "Safety   NOT ASKED    engine out: nearest 148.1 m in 2 orbits (pulse 4); 30.8 m within pulse 1",
+            "Safety   NOT ASKED    engine out: nearest 148.1 m in 2 orbits (pulse 4); 30.8 m if cut in pulse 1",
         )),
         ("adaptive", ("Answer   VERIFIED     19 pulses, 3.315 m/s; strays 2.003 m with J2 and drag (allowed 2 + 0.01 m)",)),
         ("equal", ("Answer   VERIFIED     20 pulses, 3.237 m/s; strays 1.992 m with J2 and drag (allowed 2 + 0.01 m)",)),

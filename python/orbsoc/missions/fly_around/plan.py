@@ -123,7 +123,7 @@ def _safety(found: Checked) -> VerdictLine:
     """A fly-around asks for no keep-out: how near to the target an engine failure leads is told."""
     out, cut = found.nearest_out, found.nearest_cut
     figure = f"engine out: nearest {out.distance_m:.1f} m in {ORBITS:g} orbits (pulse {out.number})"
-    within = f"{cut.distance_m:.1f} m within pulse {cut.number}"
+    within = f"{cut.distance_m:.1f} m if cut in pulse {cut.number}"
     claim = nearest_claim(found.cut_burns, f"for {ORBITS:g} orbits")
     return VerdictLine(Question.SAFETY, Word.NOT_ASKED, figure, evidence=within, claim=claim)
 
