@@ -229,7 +229,7 @@ def _scenario(name: str, inc_deg: tuple[float, float], raan_deg: tuple[float, fl
     else:
         mass, dry, thrust, isp_s, burn_s, orbit, heights = STARTS[name]
         elements = Elements(orbit[0] * 1e3, orbit[1], *np.deg2rad(orbit[2:]))
-        state = np.concatenate(state_from_elements(elements, EARTH))
+        state = np.concatenate(state_from_elements(elements))
         document = {
             "vehicle": {
                 "mass_kg": mass,

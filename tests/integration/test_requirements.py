@@ -46,7 +46,7 @@ def test_every_lock_belongs_to_something_wanted() -> None:
 
 
 def test_no_extra_is_forgotten() -> None:
-    assert set(EXTRAS) == {"missions", "hw", "cvxpy", "reach", "all", "test", "bench", "route"}
+    assert set(EXTRAS) == {"missions", "hw", "cvxpy", "reach", "all", "test", "bench", "route", "soc"}
 
 
 def test_the_solver_alone_needs_three_packages() -> None:

@@ -88,7 +88,7 @@ ERRORS = {"position_m": 0.5, "velocity_m_s": 1e-3}
             "safety = 'samples': with [uncertainty] must be 'cone'",
         ),
         ({"uncertainty": {**ERRORS, "sigmas": -1.0}}, "uncertainty.sigmas = -1.0: Input should be greater"),
-        ({"keep_out": 40.0}, "keep_out = 40.0: unknown key; allowed here: capture, capture_box_m"),
+        ({"keep_out": 40.0}, "keep_out = 40.0: unknown key; allowed here: body, capture, capture_box_m"),
         ({"start": {"x": -1000.0}}, "x = -1000.0: unknown key"),
         ({"compare_with": "row9"}, "compare_with = 'row9': String should match pattern"),
         ({"condition": "maybe"}, "condition = 'maybe': Input should be 'short', 'beyond' or 'none'"),

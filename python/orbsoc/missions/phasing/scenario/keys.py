@@ -61,7 +61,7 @@ class Body(Table):
 
     def leaving(self, state: Array, at_s: float) -> Body:
         """On a state (6,) at a time, from which it coasts by the forces."""
-        found = elements_from_state(state[:3], state[3:])
+        found = elements_from_state(state[:3], state[3:], self._about)
         inc, raan, argp, anomaly = np.rad2deg(
             [found.inc_rad, found.raan_rad, found.argp_rad, found.true_anomaly_rad]
         ).tolist()
@@ -196,6 +196,9 @@ class Scenario(BaseScenario):
                     Complaint("forces", f"{list(self.forces)}", "'drag' is of the Earth's air; leave it out")
                 )
             for name, body in (("chaser", self.chaser), ("target", self.target)):
+                if body.motion == "mean_j2":
+                    allowed = f"has the Earth's figures; must be 'osculating' where body.name = {about!r}"
+                    found.append(Complaint(f"{name}.motion", body.motion, allowed))
                 if body.epoch_utc is not None:
                     allowed = f"is of the Earth's frames; leave it out where body.name = {about!r}, and give epoch_s"
                     found.append(Complaint(f"{name}.epoch_utc", body.epoch_utc, allowed))

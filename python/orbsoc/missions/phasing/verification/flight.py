@@ -10,7 +10,7 @@ import numpy as np
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Check
-from orbsoc.orbit import EARTH
+from orbsoc.orbit import EARTH, ConstantsSet
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import EARTH_J2, J2, Force, PointMass, coast
 from orbsoc.orbit.relative import local_frame, relative_state
@@ -59,29 +59,33 @@ class Flight:
         )
 
 
+@dataclass(frozen=True, slots=True)
 class OneOblate:
     """`PointMass` and `J2` on one state, in plain floats: weeks of flight in a fifth of the time."""
+
+    constants: ConstantsSet = EARTH
+    j2: float = EARTH_J2
 
     def acceleration(self, states: Array) -> Array:
         """m/s², (1, 3), at one state (1, 6)."""
         x, y, z = states[0, :3].tolist()
         square = x * x + y * y + z * z
-        pull = -EARTH.mu_m3_s2 / (square * sqrt(square))
-        oblate = 1.5 * EARTH_J2 * EARTH.earth_radius_m**2 / square
+        pull = -self.constants.mu_m3_s2 / (square * sqrt(square))
+        oblate = 1.5 * self.j2 * self.constants.earth_radius_m**2 / square
         ratio = 5.0 * z * z / square
         across = pull * (1.0 + oblate * (1.0 - ratio))
         return np.array([[across * x, across * y, pull * (1.0 + oblate * (3.0 - ratio)) * z]])
 
     def jacobian(self, states: Array) -> Array:
         """Derivatives (1, 3, 6)."""
-        return PointMass().jacobian(states) + J2().jacobian(states)
+        return PointMass(self.constants).jacobian(states) + J2(self.constants, self.j2).jacobian(states)
 
 
 def fly(scenario: Scenario, programme: ImpulseProgramme, end_s: float) -> Flight:
     """Fly a programme, in the chaser's (R, T, N), to the meeting at `end_s` and on. Raises PropagationError."""
     forces: Sequence[Force] = scenario.forces_on(scenario.chaser.ballistic_m2_kg)
     if scenario.forces == ("j2",):
-        forces = [OneOblate()]
+        forces = [OneOblate(scenario.constants, scenario.constants.j2)]
     state, at = scenario.chaser.state, scenario.chaser.epoch_s
     times: list[Array] = []
     states: list[Array] = []
