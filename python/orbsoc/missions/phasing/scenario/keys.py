@@ -191,6 +191,9 @@ class Scenario(BaseScenario):
         about, ground_km = self.body.name, GROUND_KM
         if about != "earth":
             ground_km = 0.0
+            if self.window.revolutions is None:
+                allowed = f"must be given where body.name = {about!r}: the search over revolutions has the Earth's figures"
+                found.append(Complaint("window.revolutions", "not given", allowed))
             if "drag" in self.forces:
                 found.append(
                     Complaint("forces", f"{list(self.forces)}", "'drag' is of the Earth's air; leave it out")
