@@ -6,7 +6,7 @@ use crate::kkt::known::structure_of;
 use crate::kkt::structure::Structure;
 use crate::method::control::Control;
 use crate::method::observer::{Observer, Progress};
-use crate::method::restart::{Attempt, Restart};
+use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{compiled::Compiled, datapath::Datapath, events::Event, warm_start::Start};
@@ -19,8 +19,7 @@ use std::sync::Arc;
 
 /// A problem's pattern, its buffers in arithmetic `T`, and where the solve stands.
 ///
-/// Everything is allocated by [`Engine::new`], and events of a restart before it; from the first `run` of an attempt to
-/// its last, nothing is.
+/// Everything is allocated by [`Engine::new`]; from the first `run` of an attempt to its last, nothing is.
 ///
 /// ```
 /// # use orbsoc::*;
@@ -85,7 +84,7 @@ impl<T: Compiled> Engine<T> {
     ) -> Result<Self, Error> {
         let path = Datapath::new(structure, settings)?;
         let mut engine = Self {
-            events: Vec::with_capacity(most_events(settings, WARM_STARTUP)),
+            events: Vec::with_capacity(most_events(settings)),
             path,
             problem: Arc::clone(problem),
             control: Control::new(settings),
@@ -330,7 +329,6 @@ impl<T: Compiled> Engine<T> {
         if attempt != Attempt::Cold {
             self.earlier = Some(solution.clone());
         }
-        self.events.reserve(most_events(&self.path.settings, STARTUP));
         self.path.reset(0);
         self.path.prepare(0, attempt);
         self.control = self.control.restarted(attempt);
@@ -338,13 +336,15 @@ impl<T: Compiled> Engine<T> {
     }
 }
 
-/// More stage runs than any attempt with these settings makes.
-fn most_events(settings: &Settings, startup: &[Step]) -> usize {
+/// More stage runs than any solve with these settings makes.
+fn most_events(settings: &Settings) -> usize {
     let per_repeat = 2 * settings.refinement_max as usize + 1;
     let runs = |steps: &[Step]| {
         steps.iter().map(|s| if matches!(s, Step::Run(_)) { 1 } else { per_repeat }).sum::<usize>()
     };
-    runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING)
+    let once =
+        |startup| runs(startup) + (settings.max_iterations as usize + 1) * runs(ITERATION) + runs(CLOSING);
+    once(WARM_STARTUP) + settings.max_restarts.min(LONGEST) as usize * once(STARTUP)
 }
 
 /// How much there is to factor in a problem's KKT matrix, in the order that the settings ask for.

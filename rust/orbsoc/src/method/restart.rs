@@ -96,6 +96,9 @@ const fn row(
     Restart { after, stalled, statuses, attempt, refinement_factor, regularization_factor }
 }
 
+/// The most restarts that any solve makes under [`RESTARTS`]: warm, cold, refined, regularized, light.
+pub(crate) const LONGEST: u32 = 4;
+
 /// The row that fits an attempt that ended, stalled or not, with the solve's outcome so far at `status`.
 pub(crate) fn next(ended: Attempt, stalled: bool, status: Status) -> Option<&'static Restart> {
     let fits = |row: &&Restart| {
@@ -109,12 +112,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_longest_chain_of_restarts_is_warm_cold_refined_regularized_light() {
+    fn no_chain_of_restarts_is_longer_than_the_longest() {
         fn longest(from: Attempt) -> u32 {
             let rows = RESTARTS.iter().filter(|row| row.after.contains(&from));
             rows.map(|row| 1 + longest(row.attempt)).max().unwrap_or(0)
         }
-        assert_eq!(longest(Attempt::Warm), 4);
+        assert_eq!(longest(Attempt::Warm), LONGEST);
     }
 
     #[test]

@@ -306,9 +306,9 @@ fn concluded(stop: Stop, radius: f64) -> Status {
 #[test]
 fn a_certificate_is_claimed_from_fifty_times_the_data_on_and_not_after_a_limit() {
     assert_eq!(concluded(Stop::Stalled, 51.0), Status::PrimalInfeasible);
-    // In its own scale, this one is a little larger.
-    assert_eq!(concluded(Stop::Stalled, 49.0), Status::PrimalInfeasible);
-    assert_eq!(concluded(Stop::Stalled, 40.0), Status::NumericalLimit);
+    // Over its own scale it is 2 / 1.9 times as large: terms of 1 and 0.9, left of two terms of 1 in the column.
+    assert_eq!(concluded(Stop::Stalled, 48.0), Status::PrimalInfeasible);
+    assert_eq!(concluded(Stop::Stalled, 47.0), Status::NumericalLimit);
     assert_eq!(concluded(Stop::PrimalCertificate, 51.0), Status::PrimalInfeasible);
     for (stop, status) in [
         (Stop::MaxIterations, Status::MaxIterations),
