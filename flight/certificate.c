@@ -27,7 +27,7 @@ typedef struct {
 } point_t;
 
 /* The larger; NaN on either side is dropped. */
-static double most(double a, double b) { return (a < b || a != a) ? b : a; }
+ORBSOC_SHARED double most(double a, double b) { return (a < b || a != a) ? b : a; }
 static double least(double a, double b) { return (b < a || a != a) ? b : a; }
 static int is_finite(double a) { return a - a == 0.0; }
 
@@ -215,7 +215,7 @@ static void add_term(double *sums, double *terms, size_t at, double term) {
   terms[at] += 1.0;
 }
 
-static void first_terms(size_t count, const double *first, double *sums, double *terms) {
+ORBSOC_SHARED void first_terms(size_t count, const double *first, double *sums, double *terms) {
   for (size_t i = 0; i < count; i++) {
     sums[i] = fabs(first[i]);
     terms[i] = 1.0;
@@ -389,8 +389,8 @@ static residuals_t residuals_of(pattern_t pattern, const orbsoc_numbers *given, 
 
 /* Of a certificate of this value, of which the size of what it misses, the data's scale, the
  * magnitude of the value's terms, and the sum of all shares. */
-static proof_t radius(orbsoc_status status, double value, double size, double scale, double terms,
-                      double share) {
+ORBSOC_SHARED proof_t radius(orbsoc_status status, double value, double size, double scale,
+                             double terms, double share) {
   proof_t out = {status, 0.0, 0.0, 0.0};
   if (value < 0.0 && is_finite(value) && is_finite(size)) {
     out.radius = (size > 0.0) ? -value / size : (double)INFINITY;
@@ -449,8 +449,8 @@ static void by_cone(pattern_t pattern, double *sizes) {
 }
 
 /* `sum` and the shares of errors to which rounding adds so much of their terms. */
-static double add_shares(size_t count, const double *errors, const double *sizes, double rounding,
-                         double sum) {
+ORBSOC_SHARED double add_shares(size_t count, const double *errors, const double *sizes,
+                                double rounding, double sum) {
   for (size_t i = 0; i < count; i++) {
     sum += share_of(fabs(errors[i]) + rounding * sizes[i], sizes[i]);
   }
@@ -689,7 +689,7 @@ static int is_infeasible(orbsoc_status status) {
   return status == ORBSOC_PRIMAL_INFEASIBLE || status == ORBSOC_DUAL_INFEASIBLE;
 }
 
-static double worst_ratio(const orbsoc_solution *of) {
+ORBSOC_SHARED double worst_ratio(const orbsoc_solution *of) {
   return worst_of(of->primal_residual, of->dual_residual, of->gap);
 }
 

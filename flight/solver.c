@@ -6,7 +6,7 @@
 #define VERSION 1u
 
 /* Words of each buffer, in their order. */
-static size_t words_of(pattern_t pattern, orbsoc_buffer buffer) {
+ORBSOC_SHARED size_t words_of(pattern_t pattern, orbsoc_buffer buffer) {
   const size_t n = pattern->n, m = pattern->m, all = unknowns_of(pattern), dim = pattern->dim;
   switch (buffer) {
     case ORBSOC_RAW_P: case ORBSOC_RAW_A: case ORBSOC_RAW_G: case ORBSOC_RAW_Q:
@@ -171,8 +171,8 @@ orbsoc_error orbsoc_open(orbsoc_solver *solver, const orbsoc_pattern *pattern,
 #define MATRICES 7u
 
 /* Take numbers that are all finite. */
-static orbsoc_error take(orbsoc_solver *solver, uint32_t bit, size_t count, const double *values,
-                         double *to) {
+ORBSOC_SHARED orbsoc_error take(orbsoc_solver *solver, uint32_t bit, size_t count,
+                                const double *values, double *to) {
   for (size_t k = 0; k < count; k++) {
     if (values[k] - values[k] != 0.0) {
       return ORBSOC_BAD_VALUE;

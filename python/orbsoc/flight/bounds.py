@@ -13,7 +13,7 @@ from .tables import Tables
 
 STACK_BYTES = 2048
 """More than the frames on the deepest call path, aarch64 at -O2: tests/flight measures them. There is no recursion."""
-TEXT_BYTES = 65_536
+TEXT_BYTES = 64_000
 """More than the library's text, aarch64 at -O2: tests/flight measures it."""
 WARM_ATTEMPTS, COLD_ATTEMPTS = 5, 4
 """Most attempts of a solve under the restart policy, with and without a warm start."""

@@ -21,7 +21,7 @@ WITHIN_M = 1e-3
 """How far below the least distance found the bound is."""
 BETTER_M = 1e-4
 """Less is no better place than the one that is known."""
-CELLS = 4096
+CELLS = 8192
 """Of the fraction, by which the unsafe share is told."""
 MOST_BOXES = 200_000
 """Looked at for one bound; what is left then counts by its own bounds."""
