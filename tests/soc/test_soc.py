@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from orbsoc.commands.app import app
 from orbsoc.conic.cones import Cones
 from orbsoc.conic.problem import Problem
 from orbsoc.hw.schedules import Engine
@@ -80,3 +82,27 @@ def test_a_program_that_never_ends_is_told(machine: Machine, tmp_path: Path) -> 
     image.write_text("0000006f0000006f\n" * 8)  # j .
     with pytest.raises(SocError, match="its limit of clocks"):
         list(machine.run(image, ratio=1.0, latency=0, limit=20_000))
+
+
+@pytest.mark.usefixtures("machine")
+@pytest.mark.parametrize(
+    ("arguments", "allowed"),
+    [
+        ("--lanes 64", "`lanes` = 64: allowed is 1 to 16"),
+        ("--banks 5", "`banks` = 5: allowed is a power of two from 2 to 64"),
+        ("--partition paper_streams", '`streams` = "iteration" has no program in C'),
+        ("--partition nonsense", "known: all_ps, factor_only, paper"),
+        ("--solves 9", "allowed is first, all, or numbers from 1 to 1"),
+    ],
+)
+def test_what_cannot_run_is_told_in_one_line_before_anything_is_simulated(
+    arguments: str, allowed: str, tmp_path: Path
+) -> None:
+    problem = tmp_path / "small.json"
+    _problem().save(problem)
+    done = CliRunner().invoke(
+        app, ["hw", "soc", str(problem), *arguments.split(), "--out", str(tmp_path / "out")]
+    )
+    assert done.exit_code == 2
+    assert allowed in done.stderr
+    assert "simulated" not in done.stderr

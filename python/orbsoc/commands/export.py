@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .failures import BAD_INPUT, exit_handling, exit_with
+from .failures import exit_handling
 
 if TYPE_CHECKING:
     from orbsoc.conic.problem import Problem
@@ -54,18 +54,15 @@ def c(
     ] = False,
 ) -> None:
     """Write C99 for one pattern: tables, library, self-test, bounds; with a partition the PL's program and driver."""
-    from orbsoc.flight import FlightError, export_c
+    from orbsoc.flight import export_c
     from orbsoc.flight.export import check_place
 
     with exit_handling(False, interrupted="interrupted; nothing was written"):
-        try:
-            check_place(out)
-            problem = _subproblem(source) if source.suffix == ".toml" else _stated(source)
-            options = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
-            options |= {"instructions": instructions}
-            written = export_c(problem, out, fp=fp, **options)
-        except FlightError as error:
-            exit_with(BAD_INPUT, str(error), False)
+        check_place(out)
+        problem = _subproblem(source) if source.suffix == ".toml" else _stated(source)
+        options = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
+        options |= {"instructions": instructions}
+        written = export_c(problem, out, fp=fp, **options)
     typer.echo(f"{len(written)} files written to {out}; README.md has the line that builds the self-test")
 
 
@@ -106,9 +103,9 @@ def _stated(path: Path) -> Problem:
 
 def _subproblem(path: Path) -> Problem:
     """The first subproblem of a scenario, whose pattern all others of it share."""
-    import orbsoc
     from orbsoc.conic.pattern import pattern_digest
     from orbsoc.flight import FlightError
+    from orbsoc.hw.workload import subproblems
     from orbsoc.missions.registry import load_scenario
 
     mission, scenario = load_scenario(path)
@@ -118,13 +115,7 @@ def _subproblem(path: Path) -> Problem:
             f"{path}: mission {scenario.mission!r} has no program in C; there is one for {known}, and for any problem"
             " file"
         )
-    found: list[Problem] = []
-
-    def recorded(problem: Problem, *arguments: Any, **options: Any) -> Any:
-        found.append(problem)
-        return orbsoc.solve(problem, *arguments, **options)
-
-    mission.plan(scenario, solve=recorded)
+    found = subproblems(mission, scenario)
     first = found[0]
     if any(pattern_digest(problem) != pattern_digest(first) for problem in found):
         raise FlightError(f"{path}: its subproblems do not share one pattern")

@@ -55,6 +55,7 @@ def exit_of(error: Exception) -> tuple[int, str]:
     from hw_model import HwModelError
     from orbsoc.conic.errors import FileError, ProblemError, SettingsError
     from orbsoc.files.output_folder import OutputFolderError
+    from orbsoc.flight import FlightError
     from orbsoc.guidance.impulses import ImpulseFileError
     from orbsoc.guidance.scenario_file import ScenarioError
     from orbsoc.hw.deadlines import CaseError
@@ -65,7 +66,7 @@ def exit_of(error: Exception) -> tuple[int, str]:
     from orbsoc.sweep import StoreError, WorkersLost
 
     bad_input = (
-        HwModelError, CaseError, EngineError, FileError, ImpulseFileError, OutputFolderError, ProblemError, RtlError,
+        HwModelError, CaseError, EngineError, FileError, FlightError, ImpulseFileError, OutputFolderError, ProblemError, RtlError,
         ScenarioError, SettingsError, StoreError, WorkloadError,
     )  # fmt: skip
     if isinstance(error, EngineTooSmallError):

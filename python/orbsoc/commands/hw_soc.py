@@ -56,11 +56,12 @@ def soc(
     Exit codes: 0 all bits are the host's, 1 any is not, 2 bad input, no Verilator, no core's RTL.
     """
     with exit_handling(as_json, interrupted="interrupted; finished runs are kept, call it again to go on"):
+        from hw_model import load_partition
         from orbsoc.hw.schedules import Engine
+        from orbsoc.hw.workload import problems_of
         from orbsoc.rtl.validation import rtl_folder
         from orbsoc.soc.machine import SocError, core_sources
         from orbsoc.soc.runs import counted
-        from orbsoc.soc.solves import problems_of
         from orbsoc.soc.table import Comparison, table
 
         from .hw_progress import Progress
@@ -68,8 +69,7 @@ def soc(
         folder = rtl_folder(rtl)
         core_sources()
         engine = Engine(lanes=lanes, banks=banks)
-        if partition != "none":
-            options.check_partition(partition)
+        on_pl = partition != "none" and load_partition(partition).uses_pl
         where = out or Path("out") / "hw-soc"
         options.write_all(where, {})  # what cannot be written ends the run here
         progress = Progress()
@@ -94,9 +94,10 @@ def soc(
                 found.append(counted(problem, folder, partition=split, engine=engine, **arguments))
             return tuple(found)
 
-        alone = runs(None)
-        compared = Comparison(alone, runs(partition) if partition != "none" else ())
-        lines = table(alone, f"core alone, {len(chosen)} of {len(problems)} solves")
+        # the partition first: what its engine cannot hold is told before minutes of simulation
+        split = runs(partition) if on_pl else ()
+        compared = Comparison(runs(None), split)
+        lines = table(compared.alone, f"core alone, {len(chosen)} of {len(problems)} solves")
         if compared.split:
             lines += ["", *table(compared.split, f"partition {partition}, {lanes} lanes")]
         lines += ["", *_verdict(compared, partition, ratio, latency)]

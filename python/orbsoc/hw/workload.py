@@ -49,6 +49,28 @@ def load_workload(path: str | Path, ordering: str | None = None) -> Workload:
     return _planned(path, ordering) if path.suffix == ".toml" else _from_json(path, ordering)
 
 
+def problems_of(path: Path) -> list[Problem]:
+    """Every problem that planning SCENARIO.toml solves, in order, or the one of PROBLEM.json. Raises what reading and planning raise."""
+    from orbsoc.conic.problem import Problem
+    from orbsoc.missions.registry import load_scenario
+
+    return subproblems(*load_scenario(path)) if path.suffix == ".toml" else [Problem.load(path)]
+
+
+def subproblems(mission: Any, scenario: Any) -> list[Problem]:
+    """Every problem that planning a scenario solves, in order."""
+    import orbsoc
+
+    found: list[Problem] = []
+
+    def recorded(problem: Problem, *arguments: Any, **options: Any) -> Any:
+        found.append(problem)
+        return orbsoc.solve(problem, *arguments, **options)
+
+    mission.plan(scenario, solve=recorded)
+    return found
+
+
 def pattern_file(number: int) -> str:
     """Name of the file, beside a recorded trace, with a problem of its pattern."""
     return f"pattern_{number}.json"
