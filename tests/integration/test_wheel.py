@@ -25,7 +25,7 @@ import hw_model
 import orbsoc
 
 ROOT = Path(__file__).resolve().parents[2]
-DATA_SUFFIXES = {".svh", ".toml", ".j2", ".html", ".css", ".typed", ".pyi", ".json"}
+DATA_SUFFIXES = {".c", ".svh", ".toml", ".j2", ".html", ".css", ".typed", ".pyi", ".json"}
 
 
 @pytest.fixture(scope="module")
@@ -151,9 +151,11 @@ def test_the_source_distribution_holds_what_a_build_needs(sdist: Path) -> None:
     top = ("pyproject.toml", "Cargo.toml", "Cargo.lock", "LICENSE", ".cargo/config.toml")
     manifests = {PurePosixPath(name) for name in top}
     parameters = {PurePosixPath("rtl") / path.name for path in (ROOT / "rtl").glob("*.svh")}
-    assert here | rust | manifests | parameters <= names
+    driver = {PurePosixPath("rtl/driver") / path.name for path in (ROOT / "rtl" / "driver").iterdir()}
+    library = {PurePosixPath("flight") / path.name for path in (ROOT / "flight").glob("*.[ch]")}
+    assert here | rust | manifests | parameters | driver | library <= names
     foreign = [name for name in names if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
-    assert set(foreign) == parameters
+    assert set(foreign) == parameters | driver
 
 
 def test_the_workspace_of_the_source_distribution_is_the_extension_alone(sdist: Path) -> None:
