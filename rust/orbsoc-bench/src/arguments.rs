@@ -19,8 +19,9 @@ orbsoc-bench --warm FOLDER|FILE … [--repeats N] [--tol T] [--stages]
 orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
     Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes,
     and a fingerprint of the microcode.
-orbsoc-bench --marks FOLDER|FILE … [--tol T]
+orbsoc-bench --marks FOLDER|FILE … [--tol T] [--exact]
     Solves every problem once and marks its stages for an emulator that counts instructions; prints a hash of the answers.
+    --exact        by the exact engine, whose order of operations the library in C and the PL have
 orbsoc-bench --compare BEFORE.csv AFTER.csv
     Ratio after/before for each problem, and for each stage when both files have stages.
 ";
@@ -42,6 +43,8 @@ pub struct Plan {
     pub stages: bool,
     /// Set-ups begin with cold caches.
     pub cold: bool,
+    /// The exact engine instead of the default one.
+    pub exact: bool,
     /// Variants of each problem that are solved in one batch; 0: none.
     pub batch: usize,
     pub label: String,
@@ -56,6 +59,7 @@ impl Command {
             tol: 1e-8,
             stages: false,
             cold: false,
+            exact: false,
             batch: 0,
             label: String::new(),
             out: None,
@@ -76,6 +80,7 @@ impl Command {
                 "--out" => plan.out = Some(value()?.into()),
                 "--stages" => plan.stages = true,
                 "--cold" => plan.cold = true,
+                "--exact" => plan.exact = true,
                 "--schedule" => command = Self::Schedule,
                 "--warm" => command = Self::Warm,
                 "--marks" => command = Self::Marks,

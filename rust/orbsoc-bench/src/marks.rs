@@ -20,14 +20,15 @@ const PROBLEM: u64 = STAGES + 2;
 
 /// Solve every problem once, in one attempt and with marks; a line for each with its iterations and a hash of its
 /// answer's bits, after a line with the names of the marks.
-pub fn solve(problems: &[(String, Problem)], settings: &Settings) -> Result<String, Failure> {
+pub fn solve(problems: &[(String, Problem)], settings: &Settings, exact: bool) -> Result<String, Failure> {
     let mut marks = Marks(File::open("/dev/null").map_err(|e| format!("/dev/null: {e}"))?);
     let names: Vec<&str> = Stage::ALL.iter().map(|stage| stage.name()).collect();
     let mut lines = vec![format!("{MARK} {} outside conclude problem\n", names.join(" "))];
     for (name, problem) in problems {
         marks.at(PROBLEM);
         marks.at(PROBLEM);
-        let mut engine = Engine::<f64>::new(problem, settings).map_err(|e| format!("{name}: {e}"))?;
+        let set_up = if exact { Engine::<f64>::exact } else { Engine::<f64>::new };
+        let mut engine = set_up(problem, settings).map_err(|e| format!("{name}: {e}"))?;
         let mut run = |stage: Stage| {
             marks.at(stage as u64);
             let outcome = engine.run(stage);
