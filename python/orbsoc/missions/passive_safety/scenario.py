@@ -148,7 +148,10 @@ def _keep_out_complaints(scenario: Scenario) -> Iterator[Complaint]:
         )
     if abs(scenario.capture.z_m) < keep_out_m:
         value = f"{scenario.capture.z_m:g}"
-        allowed = f"the keep-out is a band along the V-bar: must be at least {keep_out_m:g} below the target, or above it"
+        allowed = (
+            f"the keep-out is a band along the V-bar: must be at least {keep_out_m:g} below the target, or above it;"
+            " for a keep-out sphere and a point on the V-bar take mission = 'approach'"
+        )
         yield Complaint("capture.z_m", value, allowed)
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.safety import drift_clearance
+from orbsoc.guidance.safety_bound import DriftFamily, least_bound
 from orbsoc.orbit.array import Array
 
 from .approach import Approach
@@ -17,12 +17,10 @@ from .problem import Instant, Instants, flown
 
 AN_ORBIT = 240
 """Instants of a revolution at which drifts are looked at before the nearest is refined."""
-AN_ARC = 8
+AN_ARC = 24
 """Intervals of an arc."""
-FRACTIONS = np.linspace(0.0, 1.0, 11)
-"""Of a burn, at which it may stop."""
-NEAR_M = 2.0
-"""Outside the keep-out, up to which a drift is refined between the instants."""
+NEAR_M = 80.0
+"""Outside the keep-out, up to which a drift is refined between the instants: what it flies from one to the next."""
 BROKEN_M = 5e-4
 """By which a condition must be broken to be asked for at another instant."""
 
@@ -107,60 +105,74 @@ class Search:
     def _drifts(
         self, after: Array, programme: ImpulseProgramme, side: Array | None
     ) -> list[tuple[Instant, float]]:
-        """The nearest instants of the drifts, of whole and cut burns, with their margins, m."""
+        """The nearest instants of the drifts, of whole and cut burns, with their margins, m.
+
+        At a time the places of all fractions are a straight piece, whose nearest point is known.
+        """
         approach, count = self.approach, self.approach.guarded
+        before = after[:count].copy()
+        before[:, 3:] -= programme.dv_m_s[:count]
         cut = approach.scenario.safety.cut_burns and approach.horizon_s > 0.0
-        fractions = FRACTIONS if cut else FRACTIONS[-1:]
-        dv = np.zeros((count, 6))
-        dv[:, 3:] = programme.dv_m_s[:count]
-        states = after[:count, None] - (1.0 - fractions)[:, None] * dv[:, None]  # (G, F, 6)
         times, positions = self._grid
-        at_zero = np.einsum("gij,gfj->igf", self._back, states).reshape(6, -1)
-        places = (positions.reshape(-1, 6) @ at_zero).reshape(len(times), 3, -1)
-        depths = self._depths(np.moveaxis(places, 1, 2), side).reshape(len(times), count, -1)
-        starts = approach.times_s[:count, None]
-        # a drift is looked at for its horizon; the arc that is flown in any case, by a whole burn alone
-        flown_until = np.where(fractions == 1.0, approach.ends_s[:count, None], starts)
-        until = np.maximum(starts + min(approach.horizon_s, times[-1]), flown_until)
-        there = (times[:, None, None] >= starts) & (times[:, None, None] <= until)
-        depths = np.where(there, depths, np.inf)
-        inner = np.pad(depths, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
-        wells = (depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)
-        small = programme.sizes_m_s[:count] < 1e-6
-        wells[:, small, :-1] = False
+        starts = approach.times_s[:count]
+        ends = [float(min(each + approach.horizon_s, times[-1])) for each in starts]
         found = []
-        for m, g, f in np.argwhere(wells).tolist():
-            low = max(float(times[max(m - 1, 0)]), float(starts[g, 0]))
-            high = min(float(times[min(m + 1, len(times) - 1)]), float(until[g, f]))
-            found.append(self._refined(g, float(fractions[f]), states[g, f], low, high, side))
-        if np.isinf(approach.horizon_s) and approach.spherical and side is None:
-            found += self._for_all_time(states, fractions)
+        for g in range(count):
+            small = programme.sizes_m_s[g] < 1e-6
+            for whole in (True, False) if cut and not small else (True,):
+                end = max(ends[g], float(approach.ends_s[g])) if whole else ends[g]
+                there = np.flatnonzero((times >= starts[g]) & (times <= end))
+                pair = np.stack([before[g] if not whole else after[g], after[g]], axis=1)
+                places = positions[there] @ (self._back[g] @ pair)
+                depths, _ = self._depths(places, side)
+                inner = np.pad(depths, 1, constant_values=np.inf)
+                for m in np.flatnonzero((depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)).tolist():
+                    low = times[there[m - 1]] if m else starts[g]
+                    high = times[there[m + 1]] if m + 1 < there.size else end
+                    found.append(self._refined(g, pair, float(low), float(high), side))
+        if np.isinf(approach.horizon_s) and approach.spherical:
+            found += self._for_all_time(before, after[:count], cut, side)
         return found
 
-    def _depths(self, places: Array, side: Array | None) -> Array:
-        """How far outside the keep-out with its margin, or beyond its plane, positions (..., 3) are, m."""
+    def _depths(self, places: Array, side: Array | None) -> tuple[Array, Array]:
+        """How far outside the keep-out with its margin, or beyond its plane, the nearest of each piece (M, 3, 2) is, m, and
+        the fraction that it is at."""
         axes = self.approach.axes_m + self.approach.scenario.keep_out.margin_m
-        scaled = places / axes
-        sizes = np.linalg.norm(scaled, axis=-1) if side is None else scaled @ side
-        return np.asarray(float(axes.min()) * (sizes - 1.0))
+        scaled = places / axes[:, None]
+        first, along = scaled[..., 0], scaled[..., 1] - scaled[..., 0]
+        if side is not None:
+            fractions = np.where(along @ side < 0.0, 1.0, 0.0)
+        else:
+            fractions = np.clip(-(first * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
+        nearest = first + fractions[:, None] * along
+        sizes = np.linalg.norm(nearest, axis=1) if side is None else nearest @ side
+        return float(axes.min()) * (sizes - 1.0), fractions
 
     def _refined(
-        self, k: int, fraction: float, state: Array, low_s: float, high_s: float, side: Array | None
+        self, k: int, pair: Array, low_s: float, high_s: float, side: Array | None
     ) -> tuple[Instant, float]:
         motion, at = self.approach.motion, float(self.approach.times_s[k])
         for _ in range(2):
             fine = np.linspace(low_s, high_s, 9)
-            depths = self._depths(np.array([motion.transition(float(t), at)[:3] @ state for t in fine]), side)
+            places = np.array([motion.transition(float(t), at)[:3] @ pair for t in fine])
+            depths, fractions = self._depths(places, side)
             best = int(depths.argmin())
             low_s, high_s = float(fine[max(best - 1, 0)]), float(fine[min(best + 1, 8)])
+        fraction = 1.0 if (pair[:, 0] == pair[:, 1]).all() else float(fractions[best])
         return Instant(k, float(fine[best]), fraction), float(depths[best])
 
-    def _for_all_time(self, states: Array, fractions: Array) -> list[tuple[Instant, float]]:
-        clear = drift_clearance(states.reshape(-1, 6), self.approach.mean_motion_rad_s)
-        radius, found = float(self.approach.axes_m[0]) + self.approach.scenario.keep_out.margin_m, []
-        for row, (away, after_s) in enumerate(zip(clear.distance_m, clear.at_s, strict=True)):
-            k, f = divmod(row, len(fractions))
-            if away < radius + NEAR_M:
-                at = Instant(k, float(self.approach.times_s[k] + after_s), float(fractions[f]))
-                found.append((at, float(away) - radius))
+    def _for_all_time(
+        self, before: Array, after: Array, cut: bool, side: Array | None
+    ) -> list[tuple[Instant, float]]:
+        """The nearest of each drift family, however late."""
+        approach, found = self.approach, []
+        for k, (state, later) in enumerate(zip(before, after, strict=True)):
+            pair = np.stack([state if cut else later, later], axis=1)
+            kick = (pair[:, 1] - pair[:, 0])[3:]
+            least = least_bound(DriftFamily(pair[:, 0], kick, approach.mean_motion_rad_s))
+            at = float(approach.times_s[k])
+            rows = approach.motion.transition(at + least.after_s, at)[:3]
+            place = rows @ (pair[:, 0] + least.fraction * (pair[:, 1] - pair[:, 0]))
+            depth = float(self._depths(np.stack([place, place], axis=1)[None], side)[0][0])
+            found.append((Instant(k, at + least.after_s, least.fraction if cut else 1.0), depth))
         return found

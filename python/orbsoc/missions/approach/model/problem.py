@@ -88,9 +88,10 @@ def assemble(
     reference: Array | None,
     programme: ImpulseProgramme | None = None,
     side: Array | None = None,
+    away: Array | None = None,
 ) -> Impulses:
     """The problem about a reference, states (K, 6) after the impulses of `programme`; with `side` (3,) all planes have this
-    normal. Without either the keep-out is left out.
+    normal. Without either the keep-out is left out. With `away` (3,) each drift's ellipse moves that way along T, or rests.
     """
     builder = ConicBuilder()
     impulses = Impulses(builder, approach.motion, approach.times_s, approach.start, linked=True)
@@ -111,6 +112,10 @@ def assemble(
         _corridor(approach, impulses, at, f"{CORRIDOR} {k}")
     for k, at in enumerate(instants.speed):
         _speed(approach, impulses, at, reference, f"{SPEED} {k}")
+    if away is not None:
+        row = away[1] * np.array([[4.0, 0.0, 0.0, 0.0, 2.0 / approach.mean_motion_rad_s, 0.0]])
+        for k, t in enumerate(approach.times_s[: approach.guarded].tolist()):
+            impulses.below(t, row, 0.0, name=f"moves away {k}")
     if instants.keep_out:
         entered = builder.variable(ENTERED, 1)
         builder.cost(entered, PRICE)

@@ -61,20 +61,14 @@ class Attempt:
 def sides(approach: Approach) -> dict[str, Array | None]:
     """Where the keep-out is passed at first, (R, T, N): where the flight without it passes, on the gate's side, below, above."""
     gate = approach.scenario.gate.position()
-    found: dict[str, Array | None] = {"as it comes": None, "on the gate's side": gate / np.linalg.norm(gate)}
-    found |= {"below": np.array([-1.0, 0.0, 0.0]), "above": np.array([1.0, 0.0, 0.0])}
-    return {
-        name: each for name, each in found.items()
-        if name in ("as it comes", "on the gate's side") or _reaches(approach, each)
-    }  # fmt: skip
-
-
-def _reaches(approach: Approach, side: Array | None) -> bool:
-    """Whether start and gate both lie on that side."""
-    assert side is not None
-    places = np.array([approach.start[:3], approach.scenario.gate.position()])
-    axes = approach.axes_m + approach.scenario.keep_out.margin_m
-    return bool((places / axes @ side >= 1.0).all())
+    ways = {"on the gate's side": gate / np.linalg.norm(gate), "below": np.array([-1.0, 0.0, 0.0]), "above": np.array([1.0, 0.0, 0.0])}
+    found: dict[str, Array | None] = {"as it comes": None}
+    places = np.array([approach.start[:3], gate]) / (approach.axes_m + approach.scenario.keep_out.margin_m)
+    for name, way in ways.items():
+        known = any(each is not None and each @ way > 1.0 - 1e-9 for each in found.values())
+        if not known and (places @ way >= 1.0).all():
+            found[name] = way
+    return found
 
 
 def attempt(
@@ -83,12 +77,14 @@ def attempt(
     """The sequence that begins on a side, or without one with planes about the flight that knows no keep-out."""
     search = Search(approach)
     built: list[Impulses] = []
+    # for all time: seen along the track, drifts that do not come back in a revolution must not later
+    away = side if np.isinf(approach.horizon_s) and side is not None and abs(side[1]) > 0.5 else None
 
     def linearise(reference: Reference) -> Subproblem[Reference]:
         about = reference.safe or (reference.last if side is None else None)
         after = None if about is None else flown(approach, about)
         normal = side if reference.safe is None else None
-        impulses = assemble(approach, reference.instants, after, about, normal)
+        impulses = assemble(approach, reference.instants, after, about, normal, away)
         built.append(impulses)
 
         def read(solution: Solution) -> Step[Reference]:

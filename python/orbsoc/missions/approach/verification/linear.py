@@ -22,7 +22,7 @@ from ..model.approach import Approach
 LIMIT_M = 0.01
 """Within which a condition on a length counts as kept."""
 LIMIT_M_S = 1e-4
-STEP_S = 6.0
+STEP_S = 3.0
 """Between samples, at most."""
 KEEP_OUT, CORRIDOR, SPEED = "keep-out on the way", "corridor", "speed by range"
 
