@@ -84,7 +84,9 @@ def _answer(plan: Plan) -> VerdictLine:
     if plan.status is PlanStatus.VERIFIED:
         spent = plan.programme.words
         if plan.scenario.engine.cost == "absolutes":
-            spent = spent.replace(f"{plan.programme.total_m_s:.4f} m/s", f"{plan.cost:.4f} m/s along the axes")
+            spent = spent.replace(
+                f"{plan.programme.total_m_s:.4f} m/s", f"{plan.cost:.4f} m/s along the axes"
+            )
         figure = f"{spent}; with J2 and drag, corrected, {found.corrected.miss_m[0]:.3f} m off"
         return VerdictLine(Question.ANSWER, word, figure, f"{MISS_M:g} m")
     first, *others = found.failures
@@ -102,7 +104,9 @@ def _optimum(plan: Plan) -> VerdictLine | None:
         words = f"impulses at these instants cost at least {plan.lower_bound:.4f} m/s"
         return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BOUND, words, class_, "dual objective", gap))
     count = len(plan.attempts)
-    words = f"best of {count} side{'s' * (count != 1)}; without the keep-out at least {plan.lower_bound:.4f} m/s"
+    words = (
+        f"best of {count} side{'s' * (count != 1)}; without the keep-out at least {plan.lower_bound:.4f} m/s"
+    )
     evidence = f"{len(plan.subproblems)} conic problems, dual objective of the first"
     return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, evidence, gap))
 
@@ -126,9 +130,13 @@ def _safety(plan: Plan) -> VerdictLine | None:
         return None
     if not found.cuts:
         return VerdictLine(Question.SAFETY, Word.NOT_ASKED, "safety.orbits = 0")
-    how_long = "for all time" if safety.all_time else f"for {safety.orbits:g} orbit{'s' * (safety.orbits != 1)}"
+    how_long = (
+        "for all time" if safety.all_time else f"for {safety.orbits:g} orbit{'s' * (safety.orbits != 1)}"
+    )
     least = found.least_cut_m if safety.cut_burns else found.least_m
-    figure = f"{least:.2f} m after any {'cut' if safety.cut_burns else 'whole'} burn before the gate, {how_long}"
+    figure = (
+        f"{least:.2f} m after any {'cut' if safety.cut_burns else 'whole'} burn before the gate, {how_long}"
+    )
     needed = [each for each in found.aborts if not each.safe and each.dv_m_s is not None]
     words = []
     if found.unsafe_aborts:
@@ -154,4 +162,6 @@ def _flights(plan: Plan) -> VerdictLine | None:
     allowed = ceil(errors.left_out * runs)
     figure = f"{found.entered} of {runs} enter the keep-out, {found.left_corridor} leave the corridor"
     word = Word.MET if max(found.entered, found.left_corridor) <= allowed else Word.MISSED
-    return VerdictLine(Question.FLIGHTS, word, figure, str(allowed), f"last point missed by ≤ {found.miss_m.max():.2f} m")
+    return VerdictLine(
+        Question.FLIGHTS, word, figure, str(allowed), f"last point missed by ≤ {found.miss_m.max():.2f} m"
+    )

@@ -86,7 +86,12 @@ def plan_unflown(
         if row.solution.status is Status.PRIMAL_INFEASIBLE:
             why = _why(approach, row)
             return ApproachPlan(
-                scenario, approach, PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE, why, subproblems=(row,)
+                scenario,
+                approach,
+                PlanStatus.INFEASIBLE,
+                ExitReason.SUBPROBLEM_INFEASIBLE,
+                why,
+                subproblems=(row,),
             )
         attempts = _attempts(approach, used, callback)
     except KeyboardInterrupt:
@@ -99,7 +104,9 @@ def plan_unflown(
     best = min(safe, key=lambda each: each.reference.cost)
     programme, others = best.reference.safe, len(attempts) - 1
     assert programme is not None
-    programme = ImpulseProgramme(programme.times_s, np.where(np.abs(programme.dv_m_s) < 1e-7, 0.0, programme.dv_m_s))
+    programme = ImpulseProgramme(
+        programme.times_s, np.where(np.abs(programme.dv_m_s) < 1e-7, 0.0, programme.dv_m_s)
+    )
     message = f"{best.message}; first {best.side}" + (f", cheaper than {others} other ways" if others else "")
     return ApproachPlan(
         scenario, approach, PlanStatus.NOT_VERIFIED, best.reason, message, programme, attempts, least, rows
@@ -117,7 +124,9 @@ def _attempts(
         broken = Search(approach).broken(free.programme(solution))
         if not broken.instants.keep_out and broken.worst_m < np.inf:
             return (attempt(approach, "as it comes", None, solve, callback),)
-    found = [attempt(approach, name, side, solve, callback) for name, side in ways.items() if side is not None]
+    found = [
+        attempt(approach, name, side, solve, callback) for name, side in ways.items() if side is not None
+    ]
     if not any(each.found for each in found):
         found.append(attempt(approach, "as it comes", None, solve, callback))
     return tuple(found)
@@ -135,7 +144,9 @@ def _nothing(approach: Approach, attempts: tuple[Attempt, ...], rows: tuple[Iter
     if last.reason is ExitReason.INTERRUPTED:
         status = PlanStatus.INTERRUPTED
     message = f"no flight keeps every condition; {words}"
-    return ApproachPlan(approach.scenario, approach, status, last.reason, message, attempts=attempts, subproblems=rows)
+    return ApproachPlan(
+        approach.scenario, approach, status, last.reason, message, attempts=attempts, subproblems=rows
+    )
 
 
 def judged(scenario: Scenario, programme: ImpulseProgramme) -> ApproachPlan:

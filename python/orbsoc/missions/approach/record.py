@@ -42,7 +42,12 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         if plan.lower_bound is not None and programme
         else {},
         "attempts": [
-            {"side": each.side, "reason": each.reason.name, "cost": _number(each.reference.cost), "found": each.found}
+            {
+                "side": each.side,
+                "reason": each.reason.name,
+                "cost": _number(each.reference.cost),
+                "found": each.found,
+            }
             for each in plan.attempts
         ],
         "subproblems": [row.to_dict() for row in plan.subproblems],
@@ -89,7 +94,9 @@ def details(plan: ApproachPlan) -> str:
         most = plan.scenario.safety.abort_m_s
         words.append(f"no impulse up to {most:g} m/s makes it safe at {spans(found.unsafe_aborts, every)}")
     if isfinite(found.drift_with_j2_m):
-        words.append(f"with J2 and drag the drifts before the gate stay {found.drift_with_j2_m:.1f} m outside")
+        words.append(
+            f"with J2 and drag the drifts before the gate stay {found.drift_with_j2_m:.1f} m outside"
+        )
     return "; ".join(words) or plan.message
 
 

@@ -44,7 +44,10 @@ class Point(Table):
     hold_s: float = Field(default=0.0, ge=0.0, le=1e6, description="from the arrival on")
     hold_within_m: Positive = Field(default=1.0, le=1e4, description="distance from the point while holding")
     impulses: int = Field(
-        default=4, ge=1, le=MOST_IMPULSES, description="on the way to it, equally spaced from its beginning on"
+        default=4,
+        ge=1,
+        le=MOST_IMPULSES,
+        description="on the way to it, equally spaced from its beginning on",
     )
     hold_impulses: int = Field(
         default=1, ge=1, le=MOST_IMPULSES, description="of the hold, the first at the arrival"
@@ -119,9 +122,7 @@ class Speed(Table):
     """The speed that is allowed at a range: a number, and a share of the range."""
 
     at_target_m_s: float = Field(ge=0.0, le=100.0, description="allowed at range 0")
-    by_range_per_s: float = Field(
-        default=0.0, ge=0.0, le=1.0, description="what a metre of range adds"
-    )
+    by_range_per_s: float = Field(default=0.0, ge=0.0, le=1.0, description="what a metre of range adds")
 
     def limit(self, ranges: Array | float) -> Any:
         """m/s at ranges in m."""
@@ -139,8 +140,12 @@ class Engine(Table):
 class Safety(Table):
     """For how long the drift after every impulse before the corridor stays out of the keep-out, and abort impulses."""
 
-    orbits: float = Field(default=2.0, ge=0.0, le=50.0, description="after a burn, whole or cut; 0: not asked for")
-    all_time: bool = Field(default=False, description="about a circular target, instead of a number of orbits")
+    orbits: float = Field(
+        default=2.0, ge=0.0, le=50.0, description="after a burn, whole or cut; 0: not asked for"
+    )
+    all_time: bool = Field(
+        default=False, description="about a circular target, instead of a number of orbits"
+    )
     cut_burns: bool = Field(default=True, description="whether it holds wherever a burn stops, too")
     abort_m_s: Positive = Field(default=1.0, le=100.0, description="largest impulse of an abort")
     abort_every_s: Positive = Field(default=60.0, le=1e5, description="instants with an abort of their own")
@@ -214,7 +219,9 @@ def _time_complaints(scenario: Scenario) -> Iterator[Complaint]:
         before_s, name = point.leave_s, key
     last, point = list(scenario.points.items())[-1]
     if point.hold_s:
-        yield Complaint(f"points.{last}.hold_s", f"{point.hold_s:g}", "the flight ends at the last point; must be 0")
+        yield Complaint(
+            f"points.{last}.hold_s", f"{point.hold_s:g}", "the flight ends at the last point; must be 0"
+        )
 
 
 def _keep_out_complaints(scenario: Scenario) -> Iterator[Complaint]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.safety_bound import DriftFamily, least_bound
-from orbsoc.orbit.array import Array
+from orbsoc.orbit.array import Array, Flags
 
 from .approach import Approach
 from .problem import Instant, Instants, flown
@@ -47,19 +46,16 @@ class Search:
         scenario, gate = self.approach.scenario, self.approach.guarded
         if scenario.corridor is not None:
             depth = scenario.corridor.depth(states[..., :3]) - scenario.corridor.margin_m
-            found["corridor"] = self._least(depth, lambda k: k >= gate)
+            found["corridor"] = self._least(depth, np.arange(len(depth)) >= gate)
         if scenario.speed is not None:
             ranges = np.linalg.norm(states[..., :3], axis=-1)
             spare = scenario.speed.limit(ranges) - np.linalg.norm(states[..., 3:], axis=-1)
-            found["speed"] = self._least(100.0 * spare, lambda k: True)
-        hold = []
+            found["speed"] = self._least(100.0 * spare, np.full(len(spare), True))
+        hold: list[tuple[Instant, float]] = []
         for _, point in self.approach.holds():
+            held = (self.approach.times_s >= point.arrive_s) & (self.approach.times_s < point.leave_s)
             away = np.linalg.norm(states[..., :3] - point.position(), axis=-1)
-            at = self.approach.times_s
-            first, last = point.arrive_s, point.leave_s
-            hold += self._least(
-                point.hold_within_m - away, lambda k, first=first, last=last: first <= at[k] < last  # type: ignore[misc]
-            )
+            hold += self._least(point.hold_within_m - away, held)
         found["hold"] = hold
         worst = max((-margin for each in found.values() for _, margin in each), default=0.0)
         rows = {name: tuple(at for at, margin in each if margin < -BROKEN_M) for name, each in found.items()}
@@ -76,15 +72,16 @@ class Search:
     def _arcs(self) -> Array:
         """From the state after each impulse to those instants, (K, AN_ARC + 1, 6, 6)."""
         motion = self.approach.motion
-        return np.array([[motion.transition(float(t), float(row[0])) for t in row] for row in self._arc_times])
+        return np.array(
+            [[motion.transition(float(t), float(row[0])) for t in row] for row in self._arc_times]
+        )
 
-    def _least(self, margins: Array, wanted: Callable[[int], bool]) -> list[tuple[Instant, float]]:
+    def _least(self, margins: Array, wanted: Flags) -> list[tuple[Instant, float]]:
         """The instant of the least margin of each arc, of margins (K, AN_ARC + 1)."""
         best = margins.argmin(axis=1)
         return [
             (Instant(k, float(self._arc_times[k, best[k]])), float(margins[k, best[k]]))
-            for k in range(len(margins))
-            if wanted(k)
+            for k in np.flatnonzero(wanted).tolist()
         ]
 
     @cached_property
@@ -126,7 +123,9 @@ class Search:
                 places = positions[there] @ (self._back[g] @ pair)
                 depths, _ = self._depths(places, side)
                 inner = np.pad(depths, 1, constant_values=np.inf)
-                for m in np.flatnonzero((depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)).tolist():
+                for m in np.flatnonzero(
+                    (depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)
+                ).tolist():
                     low = times[there[m - 1]] if m else starts[g]
                     high = times[there[m + 1]] if m + 1 < there.size else end
                     found.append(self._refined(g, pair, float(low), float(high), side))
@@ -143,7 +142,9 @@ class Search:
         if side is not None:
             fractions = np.where(along @ side < 0.0, 1.0, 0.0)
         else:
-            fractions = np.clip(-(first * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0)
+            fractions = np.clip(
+                -(first * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0
+            )
         nearest = first + fractions[:, None] * along
         sizes = np.linalg.norm(nearest, axis=1) if side is None else nearest @ side
         return float(axes.min()) * (sizes - 1.0), fractions

@@ -138,7 +138,9 @@ def _hold(approach: Approach, impulses: Impulses, at: Instant, name: str) -> Non
     t = float(approach.times_s[at.arc])
     point = next(point for _, point in approach.holds() if point.arrive_s <= t < point.leave_s)
     rows = np.vstack([np.zeros(6), position_rows(approach, at)])
-    offset = np.concatenate([[point.hold_within_m - min(ROOM_M, 0.1 * point.hold_within_m)], -point.position()])
+    offset = np.concatenate(
+        [[point.hold_within_m - min(ROOM_M, 0.1 * point.hold_within_m)], -point.position()]
+    )
     impulses.cone(t, rows, offset, name=name)
 
 
@@ -159,10 +161,8 @@ def _speed(approach: Approach, impulses: Impulses, at: Instant, reference: Array
     assert speed is not None
     t = float(approach.times_s[at.arc])
     transition = approach.motion.transition(at.t_s, t)
-    if reference is None:  # the line of sight where the way would be straight
-        place = _straight(approach, at.t_s)
-    else:
-        place = transition[:3] @ reference[at.arc]
+    # without a reference the line of sight where the way would be straight
+    place = _straight(approach, at.t_s) if reference is None else transition[:3] @ reference[at.arc]
     sight = place / max(float(np.linalg.norm(place)), 1e-9)
     matrix = np.vstack([speed.by_range_per_s * sight @ transition[:3], transition[3:]])
     impulses.cone(t, matrix, np.array([speed.at_target_m_s, 0.0, 0.0, 0.0]), name=name)
@@ -177,7 +177,9 @@ def _straight(approach: Approach, t_s: float) -> Array:
     return np.array([np.interp(t_s, times, column) for column in np.array(places).T])
 
 
-def _sight(approach: Approach, at: Instant, reference: Array | None, programme: ImpulseProgramme | None) -> Array:
+def _sight(
+    approach: Approach, at: Instant, reference: Array | None, programme: ImpulseProgramme | None
+) -> Array:
     """The direction, in semi-axes of the keep-out, in which the reference is then, (3,)."""
     assert reference is not None
     assert programme is not None

@@ -61,7 +61,11 @@ class Attempt:
 def sides(approach: Approach) -> dict[str, Array | None]:
     """Where the keep-out is passed at first, (R, T, N): where the flight without it passes, on the gate's side, below, above."""
     gate = approach.scenario.gate.position()
-    ways = {"on the gate's side": gate / np.linalg.norm(gate), "below": np.array([-1.0, 0.0, 0.0]), "above": np.array([1.0, 0.0, 0.0])}
+    ways = {
+        "on the gate's side": gate / np.linalg.norm(gate),
+        "below": np.array([-1.0, 0.0, 0.0]),
+        "above": np.array([1.0, 0.0, 0.0]),
+    }
     found: dict[str, Array | None] = {"as it comes": None}
     places = np.array([approach.start[:3], gate]) / (approach.axes_m + approach.scenario.keep_out.margin_m)
     for name, way in ways.items():
@@ -72,7 +76,11 @@ def sides(approach: Approach) -> dict[str, Array | None]:
 
 
 def attempt(
-    approach: Approach, name: str, side: Array | None, solve: Solve, callback: Callable[[Iteration], None] | None
+    approach: Approach,
+    name: str,
+    side: Array | None,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
 ) -> Attempt:
     """The sequence that begins on a side, or without one with planes about the flight that knows no keep-out."""
     search = Search(approach)
@@ -91,12 +99,20 @@ def attempt(
             found = impulses.programme(solution)
             broken = search.broken(found, normal)
             cost = cost_of(approach, found)
-            slack = float(impulses.builder.value(solution, ENTERED)[0]) if impulses.builder.has(ENTERED) else 0.0
+            slack = (
+                float(impulses.builder.value(solution, ENTERED)[0]) if impulses.builder.has(ENTERED) else 0.0
+            )
             safe = broken.worst_m <= SAFE_M
             settled = safe or broken.worst_m <= slack + SAFE_M
-            change = abs(reference.cost - cost) / max(cost, 1e-3) if settled and np.isfinite(reference.cost) else 1.0
+            change = (
+                abs(reference.cost - cost) / max(cost, 1e-3)
+                if settled and np.isfinite(reference.cost)
+                else 1.0
+            )
             more = reference.instants.with_more(broken.instants)
-            step = Reference(found if safe else reference.safe, more, cost if settled else reference.cost, found)
+            step = Reference(
+                found if safe else reference.safe, more, cost if settled else reference.cost, found
+            )
             return Step(step, change, max(slack, 0.0), {"cost_m_s": cost, "broken_m": broken.worst_m})
 
         return Subproblem(impulses.builder.build(), read)

@@ -62,7 +62,9 @@ def aborts(approach: Approach, flown: tuple[Arc, ...]) -> tuple[Abort, ...]:
     """At every impulse, and every `abort_every_s` between."""
     judge, found = Judge(approach), []
     for arc in flown:
-        count = max(1, int(np.ceil((arc.times_s[-1] - arc.times_s[0]) / approach.scenario.safety.abort_every_s)))
+        count = max(
+            1, int(np.ceil((arc.times_s[-1] - arc.times_s[0]) / approach.scenario.safety.abort_every_s))
+        )
         for k in np.linspace(0, len(arc.times_s) - 1, count, endpoint=False).astype(int).tolist():
             found.append(judge.abort(float(arc.times_s[k]), arc.states[k]))
     return tuple(found)
@@ -142,4 +144,4 @@ class Judge:
         body = ranges.min(axis=0) - approach.scenario.keep_out.body_m
         been = np.logical_or.accumulate(sizes >= 1.0, axis=0)
         later = np.where(been.any(axis=0), np.where(been, sizes, np.inf).min(axis=0), 0.0)
-        return np.minimum(body, approach.axes_m.min() * (later - 1.0) + 1e-9)
+        return np.asarray(np.minimum(body, approach.axes_m.min() * (later - 1.0) + 1e-9))

@@ -60,7 +60,11 @@ class CorrectedFlights:
 
     def to_dict(self) -> dict[str, Any]:
         """Of `truth` and `monte_carlo` in plan.json."""
-        found: dict[str, Any] = {"flights": len(self.miss_m), "entered": self.entered, "left_corridor": self.left_corridor}
+        found: dict[str, Any] = {
+            "flights": len(self.miss_m),
+            "entered": self.entered,
+            "left_corridor": self.left_corridor,
+        }
         least = ("outside_m", "corridor_m", "speed_spare_m_s")
         for name in (*least, "miss_m", "miss_m_s", "delta_v_m_s", "largest_m_s"):
             values = getattr(self, name)

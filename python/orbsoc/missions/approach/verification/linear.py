@@ -102,7 +102,9 @@ def _checks(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, .
             ranges = np.linalg.norm(arc.states[:, :3], axis=1)
             # a range between samples is no less than that of the nearer one less half a step's way
             slack = arc.bend_m_s + scenario.speed.by_range_per_s * arc.bend_m
-            rows.append((arc, scenario.speed.limit(ranges) - np.linalg.norm(arc.states[:, 3:], axis=1) - slack))
+            rows.append(
+                (arc, scenario.speed.limit(ranges) - np.linalg.norm(arc.states[:, 3:], axis=1) - slack)
+            )
         yield _least(SPEED, "m/s", rows)
     for name, point in scenario.points.items():
         k = int(np.searchsorted(programme.times_s, point.arrive_s - 1e-6)) - 1
@@ -112,11 +114,18 @@ def _checks(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, .
         velocity = point.velocity()
         if velocity is not None:
             state = flown[k + 1].states[0] if point.hold_s else arrived
-            yield Check(f"velocity at {name}", -float(np.linalg.norm(state[3:] - velocity)), "m/s", point.arrive_s)
+            yield Check(
+                f"velocity at {name}", -float(np.linalg.norm(state[3:] - velocity)), "m/s", point.arrive_s
+            )
         held = [arc for arc in flown if point.arrive_s - 1e-6 <= arc.times_s[0] < point.leave_s - 1e-6]
         if point.hold_s:
             away = [
-                (arc, point.hold_within_m - np.linalg.norm(arc.states[:, :3] - point.position(), axis=1) - arc.bend_m)
+                (
+                    arc,
+                    point.hold_within_m
+                    - np.linalg.norm(arc.states[:, :3] - point.position(), axis=1)
+                    - arc.bend_m,
+                )
                 for arc in held
             ]
             yield _least(f"hold at {name}", "m", away)

@@ -80,7 +80,9 @@ class Verification:
             (flight.miss_m_s, MISS_M_S, "misses the last velocity by {:.3f} m/s"),
             (flight.largest_m_s, 1.05 * self.largest_m_s, "takes an impulse of {:.3f} m/s"),
         )
-        found += [f"{where} {words.format(float(each[0]))}" for each, limit, words in limits if each[0] > limit]
+        found += [
+            f"{where} {words.format(float(each[0]))}" for each, limit, words in limits if each[0] > limit
+        ]
         return tuple(found)
 
     @property
