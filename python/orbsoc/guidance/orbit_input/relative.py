@@ -5,14 +5,14 @@ Axes of the file: x along the target's velocity, y against its angular momentum,
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import degrees, radians
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
-from orbsoc.guidance.scenario_file import Table, checked
+from orbsoc.guidance.scenario_file import Complaint, Table, checked
 from orbsoc.orbit import EARTH, Elements, state_from_elements
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
@@ -124,3 +124,24 @@ def in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
 def _named(table: Mapping[str, Any]) -> Orbit | None:
     rest = {key: value for key, value in table.items() if key != "motion"}
     return named_orbit("target", rest, tuple(Target.model_fields))
+
+
+def target_complaints(target: Target) -> Iterator[Complaint]:
+    """What contradicts physics or itself in a target's keys."""
+    if target.mean_motion_rad_s is None and target.altitude_km is None:
+        yield Complaint("target.mean_motion_rad_s", "", "is missing; give it or target.altitude_km")
+        return
+    if target.mean_motion_rad_s is not None and target.altitude_km is not None:
+        allowed = "target.mean_motion_rad_s is given too; give one of them"
+        yield Complaint("target.altitude_km", f"{target.altitude_km:g}", allowed)
+        return
+    sma_m = (EARTH.mu_m3_s2 / target.mean_motion() ** 2) ** (1 / 3)
+    most = 1.0 - EARTH.earth_radius_m / sma_m
+    if target.eccentricity >= most:
+        allowed = f"the perigee is in the ground; must be below {most:.4f}"
+        yield Complaint("target.eccentricity", f"{target.eccentricity:g}", allowed)
+    if target.motion is not None and not target.eccentricity:
+        yield Complaint("target.motion", repr(target.motion), "a circular target has one model; leave it out")
+    if target.true_anomaly_deg and not target.eccentricity:
+        allowed = "a circular target has none; leave it out"
+        yield Complaint("target.true_anomaly_deg", f"{target.true_anomaly_deg:g}", allowed)

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from orbsoc.guidance.orbit_input.relative import LONGEST_M, Start, Target, in_own_keys
+from orbsoc.guidance.orbit_input.relative import LONGEST_M, Start, Target, in_own_keys, target_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.guidance.vehicle import Positive
@@ -193,9 +193,7 @@ def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     """What contradicts physics or itself, most basic first."""
     target = scenario.target
-    if (target.mean_motion_rad_s is None) is (target.altitude_km is None):
-        yield Complaint("target.altitude_km", "", "must be given, or target.mean_motion_rad_s instead")
-        return
+    yield from target_complaints(target)
     if target.eccentricity and target.motion == "circular":
         allowed = "this mission takes the eccentricity as it is; leave it out"
         yield Complaint("target.motion", "'circular'", allowed)

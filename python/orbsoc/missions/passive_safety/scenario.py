@@ -13,11 +13,10 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from orbsoc.guidance.orbit_input.relative import LONGEST_M, Start, Target, in_own_keys
+from orbsoc.guidance.orbit_input.relative import LONGEST_M, Start, Target, in_own_keys, target_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.guidance.vehicle import Positive
-from orbsoc.orbit import EARTH
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
@@ -110,22 +109,7 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 def _target_complaints(scenario: Scenario) -> Iterator[Complaint]:
     target = scenario.target
-    if target.mean_motion_rad_s is None and target.altitude_km is None:
-        yield Complaint("target.mean_motion_rad_s", "", "is missing; give it or target.altitude_km")
-        return
-    if target.mean_motion_rad_s is not None and target.altitude_km is not None:
-        value = f"{target.altitude_km:g}"
-        yield Complaint(
-            "target.altitude_km", value, "target.mean_motion_rad_s is given too; give one of them"
-        )
-        return
-    sma_m = (EARTH.mu_m3_s2 / target.mean_motion() ** 2) ** (1 / 3)
-    most = 1.0 - EARTH.earth_radius_m / sma_m
-    if target.eccentricity >= most:
-        value = f"{target.eccentricity:g}"
-        yield Complaint(
-            "target.eccentricity", value, f"the perigee is in the ground; must be below {most:.4f}"
-        )
+    yield from target_complaints(target)
     if target.elliptic and scenario.safety == "cone":
         allowed = (
             "for all time only about a circular target, for its cone is of Clohessy–Wiltshire;"
@@ -204,17 +188,12 @@ def _timing_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 
 def _ignored_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    impulses, target = scenario.impulses, scenario.target
+    impulses = scenario.impulses
     if impulses.count is not None and impulses.timing == "generated":
         allowed = "timing = 'generated' takes as many as pay; leave it out"
         yield Complaint("impulses.count", str(impulses.count), allowed)
     if scenario.samples is not None and scenario.safety == "cone":
         yield Complaint("samples", str(scenario.samples), "safety = 'cone' takes no samples; leave it out")
-    if target.motion is not None and not target.eccentricity:
-        yield Complaint("target.motion", repr(target.motion), "a circular target has one model; leave it out")
-    if target.true_anomaly_deg and not target.eccentricity:
-        value = f"{target.true_anomaly_deg:g}"
-        yield Complaint("target.true_anomaly_deg", value, "a circular target has none; leave it out")
     if scenario.uncertainty is not None and scenario.safety == "samples":
         yield Complaint("safety", "'samples'", "with [uncertainty] must be 'cone', whose margins are exact")
     if scenario.uncertainty is not None and not scenario.keep_out_m:
