@@ -107,7 +107,7 @@ def _optimum(plan: Plan) -> VerdictLine | None:
     words = (
         f"best of {count} side{'s' * (count != 1)}; without the keep-out at least {plan.lower_bound:.4f} m/s"
     )
-    evidence = f"{len(plan.subproblems)} conic problems, dual objective of the first"
+    evidence = f"{len(plan.subproblems)} conic problems, dual objective of the last"
     return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, evidence, gap))
 
 

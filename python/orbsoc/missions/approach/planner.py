@@ -82,7 +82,7 @@ def plan_unflown(
     """The plan as it is solved; its status says that nothing has verified it."""
     approach, used = Approach.of(scenario), uninterrupted(solve)
     try:
-        least, row = lower_bound(approach, at_nodes(approach), used)
+        _, row = lower_bound(approach, at_nodes(approach), used)
         if row.solution.status is Status.PRIMAL_INFEASIBLE:
             why = _why(approach, row)
             return ApproachPlan(
@@ -102,6 +102,11 @@ def plan_unflown(
     if not safe:
         return _nothing(approach, attempts, rows)
     best = min(safe, key=lambda each: each.reference.cost)
+    try:  # with all the instants that the plan asked for
+        least, row = lower_bound(approach, best.reference.instants, used)
+    except KeyboardInterrupt:
+        return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
+    rows = (*rows, replace(row, number=len(rows) + 1))
     programme, others = best.reference.safe, len(attempts) - 1
     assert programme is not None
     programme = ImpulseProgramme(

@@ -107,11 +107,11 @@ def assemble(
                 point.arrive_s, wanted, matrix=np.eye(6)[3:], before=before, name=f"velocity at {name}"
             )
     for k, at in enumerate(instants.hold):
-        _hold(approach, impulses, at, f"{HOLD} {k}")
+        _hold(approach, impulses, at, named(HOLD, at, k))
     for k, at in enumerate(instants.corridor):
-        _corridor(approach, impulses, at, f"{CORRIDOR} {k}")
+        _corridor(approach, impulses, at, named(CORRIDOR, at, k))
     for k, at in enumerate(instants.speed):
-        _speed(approach, impulses, at, reference, f"{SPEED} {k}")
+        _speed(approach, impulses, at, reference, named(SPEED, at, k))
     if away is not None:
         row = away[1] * np.array([[4.0, 0.0, 0.0, 0.0, 2.0 / approach.mean_motion_rad_s, 0.0]])
         for k, t in enumerate(approach.times_s[: approach.guarded].tolist()):
@@ -122,8 +122,13 @@ def assemble(
         builder.nonnegative([(entered, [[-1.0]])], 0.0)
         for k, at in enumerate(instants.keep_out):
             normal = side if side is not None else _sight(approach, at, reference, programme)
-            _keep_out(approach, impulses, at, normal, f"{KEEP_OUT} {k}")
+            _keep_out(approach, impulses, at, normal, named(KEEP_OUT, at, k))
     return impulses
+
+
+def named(what: str, at: Instant, number: int) -> str:
+    """The name of a condition at an instant; the number tells those of one instant apart."""
+    return f"{what} at {at.t_s:.0f} s (row {number})"
 
 
 def _engine(approach: Approach, impulses: Impulses) -> None:

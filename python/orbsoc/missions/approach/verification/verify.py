@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
@@ -109,13 +109,17 @@ def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
 
 
 def _cuts(approach: Approach, programme: ImpulseProgramme) -> tuple[CutBurn, ...]:
+    """Of the impulses that are fired, and of the first; the drift after another one is that before it."""
     if approach.horizon_s == 0.0 or not len(programme):
         return ()
-    return audit_cut_burns(
-        programme, approach.start, approach.motion, float(approach.axes_m.min()),
-        mean_motion_rad_s=approach.mean_motion_rad_s, orbits=approach.horizon_s / approach.period_s,
-        circular=approach.circular,
+    fired = programme.worth_firing.copy()
+    fired[0] = True
+    found = audit_cut_burns(
+        ImpulseProgramme(programme.times_s[fired], programme.dv_m_s[fired]), approach.start, approach.motion,
+        float(approach.axes_m.min()), mean_motion_rad_s=approach.mean_motion_rad_s,
+        orbits=approach.horizon_s / approach.period_s, circular=approach.circular,
     )  # fmt: skip
+    return tuple(replace(cut, number=int(k) + 1) for cut, k in zip(found, np.flatnonzero(fired), strict=True))
 
 
 def _drifts(approach: Approach, pairs: Array) -> float:
