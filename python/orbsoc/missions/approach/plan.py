@@ -19,7 +19,8 @@ from .figures import draw_figures
 from .planner import ApproachPlan, judged, made
 from .record import abort_table, messages, plan_document, spans
 from .scenario import Scenario
-from .verification.verify import MISS_M
+from .verification.cuts import WITHIN_M
+from .verification.verify import MISS_M, Verification
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,8 +150,26 @@ def _safety(plan: Plan) -> VerdictLine | None:
     word = Word.SAFE if strong else Word.PARTLY
     if not found.safe:
         word = Word.NOT_SAFE
-    claim = nearest_claim(found.cuts, how_long)
-    return VerdictLine(Question.SAFETY, word, figure, f"≥ {found.keep_out_m:g} m", "; ".join(words), claim)
+    limit = f"≥ {found.keep_out_m:g} m"
+    if not plan.approach.spherical:
+        figure = figure.replace(f"{least:.2f} m", f"{least / found.keep_out_m:.4f} of the ellipsoid")
+        limit = "≥ 1"
+    return VerdictLine(
+        Question.SAFETY, word, figure, limit, "; ".join(words), _nearest(plan, found, how_long)
+    )
+
+
+def _nearest(plan: Plan, found: Verification, how_long: str) -> Claim:
+    """What is known of drifts before the gate."""
+    if plan.approach.circular and plan.approach.spherical:
+        return nearest_claim(found.cuts, how_long)
+    kind, least = Kind.BOUND, found.least_cut_m
+    if not plan.approach.circular:
+        kind = Kind.SAMPLED
+    words = f"none comes nearer than {(least - WITHIN_M) / found.keep_out_m:.4f} of the keep-out"
+    class_ = f"drifts after any burn, cut anywhere or whole, {how_long}, by the linear model"
+    checked = "the nearest fraction at every time; intervals of time cut until that is known to 2 mm"
+    return Claim(kind, words, class_, checked)
 
 
 def _flights(plan: Plan) -> VerdictLine | None:

@@ -199,6 +199,8 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint("target.motion", "'circular'", allowed)
     if target.elliptic and scenario.safety.all_time:
         yield Complaint("safety.all_time", "true", "for all time only about a circular target; give orbits")
+    if scenario.keep_out.semi_axes_m is not None and scenario.safety.all_time:
+        yield Complaint("safety.all_time", "true", "for all time only with a keep-out sphere; give orbits")
     yield from _time_complaints(scenario)
     yield from _keep_out_complaints(scenario)
     yield from _corridor_complaints(scenario)

@@ -21,10 +21,10 @@ DIRECTIONS = 24
 SIZES = 12
 STEPS = 6
 """From one size to the next, that are looked at once a size will do."""
-FIRST_S, LATER_S = 20.0, 90.0
-"""Between the instants at which drifts of the grid are looked at, in the first quarter of an orbit and later."""
-FINE_S = 15.0
-"""Between the chords on which a drift is judged."""
+AN_ORBIT = 372
+"""Chords of a revolution on which a drift is judged."""
+COARSE = 6
+"""Of these, one of so many is looked at for each impulse of the grid, from the first quarter of an orbit on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,30 +76,34 @@ def kicked(state: Array, dv: Array) -> Array:
 
 
 class Judge:
-    """Says of drifts of one approach by how much they are safe; keeps the transition matrices where they do not change."""
+    """Says of drifts of one approach by how much they are safe; keeps the transition matrices."""
 
     def __init__(self, approach: Approach) -> None:
         self.approach = approach
         horizon = approach.horizon_s
         self.horizon_s = horizon if 0.0 < horizon < np.inf else approach.period_s
         """Without one, or for all time: an orbit."""
-        early = np.arange(0.0, min(0.25 * approach.period_s, self.horizon_s), FIRST_S)
-        self._coarse_s = np.concatenate([early, np.arange(early[-1] + LATER_S, self.horizon_s, LATER_S)])
-        self._fine_s = np.linspace(0.0, self.horizon_s, int(np.ceil(self.horizon_s / FINE_S)) + 1)
-        self._kept: dict[str, Array] = {}
+        step, end = (
+            approach.period_s / AN_ORBIT,
+            self.horizon_s + (0.0 if approach.circular else approach.duration_s),
+        )
+        self._times = np.linspace(0.0, end, int(np.ceil(end / step)) + 1)
+        """About a circular target since an instant, otherwise since the start."""
+        self._table = np.array([approach.motion.transition(float(t), 0.0) for t in self._times])
 
-    def _transitions(self, which: str, t_s: float) -> Array:
-        times = self._fine_s if which == "fine" else self._coarse_s
-        if self.approach.circular and which in self._kept:
-            return self._kept[which]
-        found = np.array([self.approach.motion.transition(t_s + float(t), t_s) for t in times])
-        self._kept[which] = found
-        return found
+    def _transitions(self, t_s: float) -> tuple[Array, Array]:
+        """Times (M,) since an instant, and from the state then to those after them, (M, 6, 6)."""
+        if self.approach.circular:
+            return self._times, self._table
+        first, last = np.searchsorted(self._times, [t_s + 1e-6, t_s + self.horizon_s]).tolist()
+        rows = self._table[first : last + 1] @ self.approach.motion.transition(0.0, t_s)
+        return np.append(0.0, self._times[first : last + 1] - t_s), np.concatenate([np.eye(6)[None], rows])
 
     def judged(self, t_s: float, state: Array) -> float:
         """Below by how much the drift from a state (6,) at a time is safe, m, on chords with their bends."""
-        approach, states = self.approach, self._transitions("fine", t_s) @ state
-        bend, place = bends(approach, self._fine_s, states)[0], states[:, :3]
+        approach, (times, transitions) = self.approach, self._transitions(t_s)
+        states = transitions @ state
+        bend, place = bends(approach, times, states)[0], states[:, :3]
         body = float(chord_lengths(place).min()) - approach.scenario.keep_out.body_m
         sizes, ends = chord_lengths(place / approach.axes_m), approach.size(place)
         out = np.flatnonzero(ends >= 1.0)
@@ -113,7 +117,9 @@ class Judge:
         here = self.judged(t_s, state)
         if here >= -LIMIT_M:
             return Abort(t_s, state, here, np.zeros(3), here)
-        transitions = self._transitions("coarse", t_s)[:, :3]
+        transitions = self._transitions(t_s)[1][:, :3]
+        early = AN_ORBIT // 4
+        transitions = np.concatenate([transitions[:early], transitions[early::COARSE]])
         most = self.approach.scenario.safety.abort_m_s
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=1)

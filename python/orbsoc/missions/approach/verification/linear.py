@@ -22,8 +22,8 @@ from ..model.approach import Approach
 LIMIT_M = 0.01
 """Within which a condition on a length counts as kept."""
 LIMIT_M_S = 1e-4
-STEP_S = 3.0
-"""Between samples, at most."""
+AN_ORBIT = 1850
+"""Samples of a revolution."""
 KEEP_OUT, CORRIDOR, SPEED = "keep-out on the way", "corridor", "speed by range"
 
 
@@ -54,7 +54,7 @@ def arcs(approach: Approach, programme: ImpulseProgramme) -> tuple[Arc, ...]:
     model = LinearFlight(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
     ends = np.append(programme.times_s[1:], approach.duration_s)
     grids = [
-        np.linspace(a, b, int(np.ceil((b - a) / STEP_S)) + 1)
+        np.linspace(a, b, int(np.ceil((b - a) * AN_ORBIT / approach.period_s)) + 1)
         for a, b in zip(programme.times_s.tolist(), ends.tolist(), strict=True)
     ]
     states, after, _ = model.flown(programme, approach.start, np.unique(np.concatenate(grids)))
@@ -68,8 +68,9 @@ def arcs(approach: Approach, programme: ImpulseProgramme) -> tuple[Arc, ...]:
 
 
 def bends(approach: Approach, times_s: Array, states: Array) -> tuple[float, float]:
-    """Above how far a coast of evenly spaced states (M, 6) bends from chord to chord, m and m/s."""
-    step = float(times_s[1] - times_s[0])
+    """Above how far a coast of states (M, 6) bends from chord to chord, m and m/s."""
+    apart = np.diff(times_s)
+    step = float(apart.max())
     n = approach.mean_motion_rad_s
     if approach.circular:
         x, _, z, vx, vy, vz = states[0]
@@ -77,8 +78,8 @@ def bends(approach: Approach, times_s: Array, states: Array) -> tuple[float, flo
         swing, across = np.hypot(x - centre, vx / n), np.hypot(z, vz / n)
         largest = n**2 * float(np.sqrt(4.0 * swing**2 + across**2))
         return step**2 / 8.0 * largest, step**2 / 8.0 * n * largest
-    pull = np.diff(states[:, 3:], axis=0) / step
-    jerk = np.diff(pull, axis=0) / step if len(pull) > 1 else np.zeros((1, 3))
+    pull = np.diff(states[:, 3:], axis=0) / apart[:, None]
+    jerk = np.diff(pull, axis=0) / apart[1:, None] if len(pull) > 1 else np.zeros((1, 3))
     largest, changes = (2.0 * float(np.linalg.norm(each, axis=1).max(initial=0.0)) for each in (pull, jerk))
     return step**2 / 8.0 * largest, step**2 / 8.0 * max(changes, n * largest)
 

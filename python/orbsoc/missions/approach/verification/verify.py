@@ -16,6 +16,7 @@ from orbsoc.orbit.array import Array
 from ..model.approach import Approach
 from .aborts import Abort, aborts
 from .closed_loop import CorrectedFlights, fly_corrected
+from .cuts import audit_cuts
 from .linear import LIMIT_M, Arc, Check, arcs, checks
 
 MISS_M, MISS_M_S = 0.1, 0.01
@@ -114,11 +115,14 @@ def _cuts(approach: Approach, programme: ImpulseProgramme) -> tuple[CutBurn, ...
         return ()
     fired = programme.worth_firing.copy()
     fired[0] = True
-    found = audit_cut_burns(
-        ImpulseProgramme(programme.times_s[fired], programme.dv_m_s[fired]), approach.start, approach.motion,
-        float(approach.axes_m.min()), mean_motion_rad_s=approach.mean_motion_rad_s,
-        orbits=approach.horizon_s / approach.period_s, circular=approach.circular,
-    )  # fmt: skip
+    burns = ImpulseProgramme(programme.times_s[fired], programme.dv_m_s[fired])
+    if approach.circular and approach.spherical:
+        found = audit_cut_burns(
+            burns, approach.start, approach.motion, float(approach.axes_m.min()),
+            mean_motion_rad_s=approach.mean_motion_rad_s, orbits=approach.horizon_s / approach.period_s,
+        )  # fmt: skip
+    else:
+        found = audit_cuts(approach, burns, approach.horizon_s)
     return tuple(replace(cut, number=int(k) + 1) for cut, k in zip(found, np.flatnonzero(fired), strict=True))
 
 
