@@ -13,6 +13,26 @@ from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnker
 
 from ..scenario import Point, Scenario
 
+AN_ORBIT = 720
+"""Instants of a revolution, counted from the start, at which drifts about an eccentric target are looked at."""
+
+
+class Remembered:
+    """A motion whose transitions come from those to time 0, each computed once: about an ellipse they take long."""
+
+    def __init__(self, motion: LinearMotion) -> None:
+        self._motion = motion
+        self._known: dict[float, tuple[Array, Array]] = {}
+
+    def transition(self, t1_s: float, t0_s: float) -> Array:
+        """The state transition matrix (6, 6) from t0_s to t1_s, frame (R, T, N)."""
+        return self._at(t1_s)[0] @ self._at(t0_s)[1]
+
+    def _at(self, t_s: float) -> tuple[Array, Array]:
+        if t_s not in self._known:
+            self._known[t_s] = self._motion.transition(t_s, 0.0), self._motion.transition(0.0, t_s)
+        return self._known[t_s]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approach:
@@ -30,7 +50,7 @@ class Approach:
         target, rate = scenario.target, scenario.target.mean_motion()
         motion: LinearMotion = ClohessyWiltshire(rate)
         if target.elliptic:
-            motion = YamanakaAnkersen(rate, target.eccentricity, radians(target.true_anomaly_deg))
+            motion = Remembered(YamanakaAnkersen(rate, target.eccentricity, radians(target.true_anomaly_deg)))
         times, before_s = [], 0.0
         for point in scenario.points.values():
             times.append(np.linspace(before_s, point.arrive_s, point.impulses, endpoint=False))
@@ -78,6 +98,12 @@ class Approach:
         """For how long a drift stays out; infinite for all time."""
         safety = self.scenario.safety
         return inf if safety.all_time else safety.orbits * self.period_s
+
+    def instants(self, first_s: float, last_s: float, each: int = 1) -> Array:
+        """Every `each`-th instant of the common grid within a span, and its ends."""
+        step = self.period_s / AN_ORBIT
+        grid = step * np.arange(0, int(last_s / step) + 1, each)
+        return np.concatenate([[first_s], grid[(grid > first_s + 1e-6) & (grid < last_s - 1e-6)], [last_s]])
 
     def size(self, positions: Array, margin_m: float = 0.0) -> Array:
         """‖p / semi-axes‖ of positions (..., 3): 1 on the keep-out, widened by a margin."""

@@ -14,8 +14,8 @@ from orbsoc.orbit.array import Array, Flags
 from .approach import Approach
 from .problem import Instant, Instants, flown
 
-AN_ORBIT = 240
-"""Instants of a revolution at which drifts are looked at before the nearest is refined."""
+EACH = 3
+"""One of so many of the common instants is looked at in a drift before the nearest is refined."""
 AN_ARC = 24
 """Intervals of an arc."""
 NEAR_M = 80.0
@@ -90,7 +90,7 @@ class Search:
         approach = self.approach
         span = approach.period_s if np.isinf(approach.horizon_s) else approach.horizon_s
         end = approach.gate_s + span
-        times = np.linspace(0.0, end, max(2, int(np.ceil(AN_ORBIT * end / approach.period_s))) + 1)
+        times = approach.instants(0.0, end, EACH)
         return times, np.array([approach.motion.transition(float(t), 0.0)[:3] for t in times])
 
     @cached_property

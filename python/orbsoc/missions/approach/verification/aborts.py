@@ -14,15 +14,15 @@ import numpy as np
 
 from orbsoc.orbit.array import Array
 
-from ..model.approach import Approach
+from ..model.approach import AN_ORBIT, Approach
 from .linear import LIMIT_M, Arc, bends, chord_lengths
 
 DIRECTIONS = 24
 SIZES = 12
 STEPS = 6
 """From one size to the next, that are looked at once a size will do."""
-AN_ORBIT = 372
-"""Chords of a revolution on which a drift is judged."""
+EACH = 2
+"""One of so many of the common instants ends a chord on which a drift is judged."""
 COARSE = 6
 """Of these, one of so many is looked at for each impulse of the grid, from the first quarter of an orbit on."""
 
@@ -83,11 +83,8 @@ class Judge:
         horizon = approach.horizon_s
         self.horizon_s = horizon if 0.0 < horizon < np.inf else approach.period_s
         """Without one, or for all time: an orbit."""
-        step, end = (
-            approach.period_s / AN_ORBIT,
-            self.horizon_s + (0.0 if approach.circular else approach.duration_s),
-        )
-        self._times = np.linspace(0.0, end, int(np.ceil(end / step)) + 1)
+        end = self.horizon_s + (0.0 if approach.circular else approach.duration_s)
+        self._times = approach.instants(0.0, end, EACH)
         """About a circular target since an instant, otherwise since the start."""
         self._table = np.array([approach.motion.transition(float(t), 0.0) for t in self._times])
 
@@ -118,7 +115,7 @@ class Judge:
         if here >= -LIMIT_M:
             return Abort(t_s, state, here, np.zeros(3), here)
         transitions = self._transitions(t_s)[1][:, :3]
-        early = AN_ORBIT // 4
+        early = AN_ORBIT // EACH // 4
         transitions = np.concatenate([transitions[:early], transitions[early::COARSE]])
         most = self.approach.scenario.safety.abort_m_s
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS

@@ -17,8 +17,6 @@ from orbsoc.orbit.array import Array
 from ..model.approach import Approach
 from .linear import bends
 
-AN_ORBIT = 720
-"""Instants of a revolution that are looked at first."""
 PIECES, ROUNDS = 8, 8
 WITHIN_M = 2e-3
 FRACTIONS = 101
@@ -36,12 +34,12 @@ def audit_cuts(approach: Approach, programme: ImpulseProgramme, horizon_s: float
 def _audit(approach: Approach, k: int, t_s: float, state: Array, dv: Array, horizon_s: float) -> CutBurn:
     pair = np.stack([state, state], axis=1)
     pair[3:, 0] -= dv
-    lapse = np.linspace(0.0, horizon_s, int(np.ceil(AN_ORBIT * horizon_s / approach.period_s)) + 1)
-    places = _places(approach, t_s, lapse, pair)
+    times = approach.instants(t_s, t_s + horizon_s)
+    places = _places(approach, t_s, times, pair)
     fractions = np.linspace(0.0, 1.0, FRACTIONS)
     each = places[:, :, :1] + (places[:, :, 1:] - places[:, :, :1]) * fractions
     by_fraction = np.linalg.norm(each, axis=1).min(axis=0)
-    cut, whole = (_least(approach, t_s, lapse, each) for each in (pair, pair[:, [1, 1]]))
+    cut, whole = (_least(approach, t_s, times, each) for each in (pair, pair[:, [1, 1]]))
     return CutBurn(
         number=k + 1, time_s=t_s, fraction=cut[2], distance_m=cut[0], at_least_m=cut[1], after_s=cut[3],
         unsafe_share=float((by_fraction < approach.axes_m.min()).mean()), unsafe_share_at_least=None,
@@ -50,20 +48,20 @@ def _audit(approach: Approach, k: int, t_s: float, state: Array, dv: Array, hori
     )  # fmt: skip
 
 
-def _places(approach: Approach, t_s: float, lapse_s: Array, pair: Array) -> Array:
-    """Scaled places (M, 3, 2) of a burn that is not flown and flown, at times after it."""
+def _places(approach: Approach, t_s: float, times_s: Array, pair: Array) -> Array:
+    """Scaled places (M, 3, 2) of a burn that is not flown and flown, at times."""
     motion, scale = approach.motion, approach.axes_m.min() / approach.axes_m
-    rows = np.array([motion.transition(t_s + float(t), t_s)[:3] @ pair for t in lapse_s])
+    rows = np.array([motion.transition(t, t_s)[:3] @ pair for t in times_s.tolist()])
     return np.asarray(rows * scale[:, None])
 
 
 def _least(
-    approach: Approach, t_s: float, lapse_s: Array, pair: Array
+    approach: Approach, t_s: float, times_s: Array, pair: Array
 ) -> tuple[float, float | None, float, float]:
-    """The least distance, what it is at least, its fraction, and when."""
-    times = np.stack([lapse_s[:-1], lapse_s[1:]], axis=1)
-    states = np.array([approach.motion.transition(t_s + float(t), t_s) @ pair for t in lapse_s])
-    bent = max(bends(approach, lapse_s, states[..., k])[0] for k in (0, 1))
+    """The least distance, what it is at least, its fraction, and when, after the burn."""
+    times = np.stack([times_s[:-1], times_s[1:]], axis=1)
+    states = np.array([approach.motion.transition(t, t_s) @ pair for t in times_s.tolist()])
+    bent = max(bends(approach, times_s, states[..., k])[0] for k in (0, 1))
     known, left, found = approach.circular, np.inf, (np.inf, 0.0, 0.0)
     for _ in range(ROUNDS):
         grid, where = np.unique(times, return_inverse=True)
@@ -87,5 +85,5 @@ def _least(
         fine = times[open_, :1] + steps * np.diff(times[open_], axis=1)
         times = np.stack([fine[:, :-1].ravel(), fine[:, 1:].ravel()], axis=1)
     else:
-        return found[0], left if known else None, found[1], found[2]
-    return found[0], found[0] - WITHIN_M if known else None, found[1], found[2]
+        return found[0], left if known else None, found[1], found[2] - t_s
+    return found[0], found[0] - WITHIN_M if known else None, found[1], found[2] - t_s
