@@ -118,10 +118,10 @@ def _engine(plan: Plan) -> VerdictLine | None:
     engine = plan.scenario.engine
     largest = float(plan.verification.corrected.largest_m_s[0])
     check = next(each for each in plan.verification.checks if each.name == "engine")
-    weak = not check.kept or any("takes an impulse" in each for each in plan.verification.failures)
-    word = Word.TOO_WEAK if weak else Word.ENOUGH
+    word = Word.ENOUGH if check.kept else Word.TOO_WEAK
     figure = f"largest impulse {engine.largest_m_s - check.margin:.3f} m/s, corrected {largest:.3f} m/s"
-    return VerdictLine(Question.ENGINE, word, figure, f"{engine.largest_m_s:g} m/s")
+    limit = f"{engine.largest_m_s:g} m/s{' an axis' if engine.limit == 'axes' else ''}"
+    return VerdictLine(Question.ENGINE, word, figure, limit)
 
 
 def _safety(plan: Plan) -> VerdictLine | None:

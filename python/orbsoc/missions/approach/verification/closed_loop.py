@@ -2,6 +2,7 @@
 
 The correction is a linear law: of all corrections to come the first, of the least sum of squares of misses and corrections, by
 the linear model (a Riccati recursion). A miss counts by a hundredth of the range, at least 0.1 m, a correction by 1 cm/s.
+Corrections end at the largest impulse.
 Without errors of navigation and execution there is one flight, otherwise as many as are asked for, each of its own draws.
 """
 
@@ -21,7 +22,8 @@ from orbsoc.orbit.perturbations import coast
 from orbsoc.orbit.relative import absolute_state, relative_state
 
 from ..model.approach import Approach
-from .linear import Arc
+from ..scenario import Engine
+from .linear import LIMIT_M, Arc
 
 MISS_SHARE, LEAST_MISS_M, CORRECTION_M_S = 0.01, 0.1, 0.01
 SAMPLES = 6
@@ -52,11 +54,11 @@ class CorrectedFlights:
     @property
     def entered(self) -> int:
         """How many came into the keep-out before the gate."""
-        return int((self.outside_m < 0.0).sum())
+        return int((self.outside_m < -LIMIT_M).sum())
 
     @property
     def left_corridor(self) -> int:
-        return int((self.corridor_m < 0.0).sum())
+        return int((self.corridor_m < -LIMIT_M).sum())
 
     def to_dict(self) -> dict[str, Any]:
         """Of `truth` and `monte_carlo` in plan.json."""
@@ -115,6 +117,7 @@ def fly_corrected(
         for run in range(runs):
             known = errors.navigated(states[run], draws[run]) if errors else states[run]
             dv = programme.dv_m_s[k] + law[k] @ (known - planned)
+            dv = _limited(dv, scenario.engine)
             dv = errors.executed(dv, draws[run]) if errors else dv
             states[run, 3:] += dv
             size = float(np.linalg.norm(dv))
@@ -144,6 +147,14 @@ def fly_corrected(
         at, positions, speeds, approach.outside_m(positions[before]).min(axis=0), inside, spare,
         np.linalg.norm(states[-1, :, :3] - last.position(), axis=1), off, spent, largest, np.array(after),
     )  # fmt: skip
+
+
+def _limited(dv: Array, engine: Engine) -> Array:
+    """What the engine gives of a velocity change (3,): no more than its largest."""
+    most = engine.largest_m_s
+    if engine.limit == "axes":
+        return dv.clip(-most, most)
+    return np.asarray(dv * min(1.0, most / max(float(np.linalg.norm(dv)), 1e-30)))
 
 
 def _relative(pairs: Array, acting: Any) -> Array:

@@ -39,8 +39,6 @@ class Verification:
     aborts: tuple[Abort, ...]
     corrected: CorrectedFlights
     drift_with_j2_m: float
-    largest_m_s: float
-    """The engine's limit."""
     keep_out_m: float
     cut_burns: bool
 
@@ -79,7 +77,6 @@ class Verification:
             (-flight.corridor_m, LIMIT_M, "is {:.2f} m outside the corridor"),
             (flight.miss_m, MISS_M, "misses the last point by {:.2f} m"),
             (flight.miss_m_s, MISS_M_S, "misses the last velocity by {:.3f} m/s"),
-            (flight.largest_m_s, 1.05 * self.largest_m_s, "takes an impulse of {:.3f} m/s"),
         )
         found += [
             f"{where} {words.format(float(each[0]))}" for each, limit, words in limits if each[0] > limit
@@ -103,7 +100,6 @@ def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
         aborts=aborts(approach, flown),
         corrected=corrected,
         drift_with_j2_m=_drifts(approach, corrected.pairs_after[:before, 0]),
-        largest_m_s=scenario.engine.largest_m_s,
         keep_out_m=float(approach.axes_m.min()),
         cut_burns=scenario.safety.cut_burns,
     )
