@@ -8,18 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass, fields
-from math import ceil, pi, tan
+from math import ceil, pi, sqrt, tan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
-from orbsoc.guidance.collocation import barycentric_weights
+from orbsoc.guidance.collocation import barycentric_weights, legendre_gauss
 from orbsoc.guidance.mission import NotOnBoard
-from orbsoc.guidance.powered_flight import SHORTEST
+from orbsoc.guidance.powered_flight import SHORTEST, Burn, Trajectory
 from orbsoc.guidance.scp import ExitReason, Rules, Solve
 from orbsoc.orbit.array import Array
 
+from .model.problems import Iterate
 from .scenario import Scenario
 from .search.run import Attempt, Search, verified
 from .search.setup import InsertionSetup
@@ -116,8 +117,57 @@ def _moved(scenario: Scenario, start_si: Array) -> Scenario | None:
     return scenario.with_changes(initial=vectors)
 
 
+def first_guess(setup: InsertionSetup) -> Trajectory:
+    """What thrust along the velocity flies, with the bits of `orbsoc_insertion_fly_guess`: in steps of one length between nodes.
+
+    `InsertionSetup.cold_start` flies the same by DOP853.
+    """
+    burn, grid = setup.burn, legendre_gauss(setup.scenario.method.nodes)
+    duration = setup.scenario.burn.guess_s / setup.units.time_s
+    times = [*(0.5 * duration * (grid.nodes + 1.0)).tolist(), duration]
+    states, state, last = [], burn.start, 0.0
+    for time in times:
+        state = _flown(burn, state, last, time, guess_steps(setup))
+        states.append(state)
+        last = time
+    controls = np.array([each[3:] / sqrt(_square(each[3:])) for each in states[:-1]])
+    return Trajectory(grid, np.array(states[:-1]), controls, states[-1], duration)
+
+
+def guess_steps(setup: InsertionSetup) -> int:
+    """Of the flight of the first guess, between two nodes."""
+    nodes = legendre_gauss(setup.scenario.method.nodes).nodes
+    widest = 0.5 * setup.scenario.burn.guess_s / setup.units.time_s * float(np.diff([-1.0, *nodes, 1.0]).max())
+    return ceil(widest / GUESS_STEP)
+
+
+def _flown(burn: Burn, state: Array, begin: float, end: float, steps: int) -> Array:
+    """Runge and Kutta's method of order 4, thrust along the velocity."""
+
+    def rate(elapsed: float, at: Array) -> Array:
+        radius, speed = sqrt(_square(at[:3])), sqrt(_square(at[3:]))
+        thrust = burn.acceleration / (1.0 - burn.flow * elapsed)
+        return np.concatenate([at[3:], thrust * at[3:] / speed - at[:3] / (radius * radius * radius)])
+
+    step = (end - begin) / steps
+    for k in range(steps):
+        now = begin + k * step
+        half = now + 0.5 * step
+        first = rate(now, state)
+        second = rate(half, state + 0.5 * step * first)
+        third = rate(half, state + 0.5 * step * second)
+        fourth = rate(now + step, state + step * third)
+        state = state + step / 6.0 * (first + 2.0 * (second + third) + fourth)
+    return state
+
+
+def _square(a: Array) -> float:
+    return float(a[0] * a[0] + (a[1] * a[1] + a[2] * a[2]))
+
+
 def _planned(setup: InsertionSetup, solve: Solve, rules: Rules) -> Attempt:
-    attempt = Search(solve, rules).sequence(setup, setup.cold_start(), "cold start")
+    """The sequence from the first guess that is made on board, flown."""
+    attempt = Search(solve, rules).sequence(setup, Iterate(first_guess(setup)), "cold start")
     if attempt.outcome.reason is ExitReason.INTERRUPTED:
         raise KeyboardInterrupt
     return verified(setup, attempt)
@@ -182,13 +232,10 @@ def _fixed(problems: list[Problem], places: Mapping[str, Places], longest_row: i
 def _sizes(
     setup: InsertionSetup, problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], rules: Rules
 ) -> dict[str, int]:
-    nodes, guess = setup.scenario.method.nodes, setup.scenario.burn.guess_s / setup.units.time_s
-    grid = setup.cold_start().trajectory.grid
-    widest = 0.5 * guess * float(np.diff([-1.0, *grid.nodes, 1.0]).max())
     counts = {
-        "nodes": nodes, "entries_a": problem.A.nnz, "entries_g": problem.G.nnz, "variables": problem.n,
+        "nodes": setup.scenario.method.nodes, "entries_a": problem.A.nnz, "entries_g": problem.G.nnz, "variables": problem.n,
         "equality_rows": problem.p, "cone_rows": problem.m, "max_subproblems": rules.max_iterations,
-        "guess_steps": ceil(widest / GUESS_STEP), "check_samples": SAMPLES - 1,
+        "guess_steps": guess_steps(setup), "check_samples": SAMPLES - 1,
         "check_steps": ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP),
     }  # fmt: skip
     return counts | {name: at for name, at in columns.items() if name != "states"} | dict(rows)
@@ -212,7 +259,7 @@ def _numbers(setup: InsertionSetup, rules: Rules) -> dict[str, float]:
 
 
 def _lists(setup: InsertionSetup, fixed: Mapping[str, Array]) -> dict[str, Array]:
-    grid = setup.cold_start().trajectory.grid
+    grid = legendre_gauss(setup.scenario.method.nodes)
     assert isinstance(setup.target, TargetOrbit)
     found = {f"target.{name}": np.asarray(getattr(setup.target, name)) for name in ("normal", "perigee", "ahead")}
     found |= {
