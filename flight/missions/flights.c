@@ -5,8 +5,8 @@
 
 /* The interpolant of the nodal controls at a time after the ignition: the second barycentric
  * formula (Berrut and Trefethen 2004, (4.2)). A burn of no time has one direction. */
-void orbsoc_insertion_programme(const orbsoc_insertion *mission, const orbsoc_arc *arc, double elapsed,
-                      double vector[3]) {
+void orbsoc_insertion_programme(const orbsoc_insertion *mission, const orbsoc_arc *arc,
+                                double elapsed, double vector[3]) {
   const double tau = (arc->duration > 0.0) ? 2.0 * elapsed / arc->duration - 1.0 : -1.0;
   double sum = 0.0, whole[3] = {0.0, 0.0, 0.0};
   for (size_t node = 0; node < mission->nodes; node++) {
@@ -102,7 +102,8 @@ static uint32_t objection(double value, double limit, uint32_t bit) {
   return (value <= limit) ? 0u : bit;
 }
 
-void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[6], orbsoc_plan *plan) {
+void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[6],
+                            orbsoc_plan *plan) {
   const orbsoc_target_orbit *target = &mission->target;
   const orbsoc_flight_limits *limits = &mission->limits;
   double momentum[3], laplace[3], across[3], momentum_gap[3], laplace_gap[3];

@@ -6,20 +6,13 @@
 
 static double largest_of(double a, double b) { return (a < b) ? b : a; }
 
-/* Where the states and the controls of the plan's arc, and the data, stand in the memory. */
-static size_t lay_out(const orbsoc_insertion *mission, double *memory, orbsoc_planner *planner) {
-  size_t at = 0;
-  planner->a = &memory[at];
-  at += mission->entries_a;
-  planner->b = &memory[at];
-  at += mission->equality_rows;
-  planner->h = &memory[at];
-  at += mission->cone_rows;
-  planner->plan.arc.states = &memory[at];
-  at += 6u * (size_t)mission->nodes;
-  planner->plan.arc.controls = &memory[at];
-  at += 3u * (size_t)mission->nodes;
-  return at;
+/* Where the data, and the states and the controls of the plan's arc, stand in the memory. */
+static void lay_out(const orbsoc_insertion *mission, double *memory, orbsoc_planner *planner) {
+  planner->a = memory;
+  planner->b = &planner->a[mission->entries_a];
+  planner->h = &planner->b[mission->equality_rows];
+  planner->plan.arc.states = &planner->h[mission->cone_rows];
+  planner->plan.arc.controls = &planner->plan.arc.states[6u * (size_t)mission->nodes];
 }
 
 static size_t words_of(const orbsoc_insertion *mission) {
@@ -33,6 +26,30 @@ static int fits(const orbsoc_insertion *mission, const orbsoc_pattern *pattern) 
          mission->cone_rows == pattern->given_m && pattern->nnz_p == 0u;
 }
 
+static int all_below(const orbsoc_index *places, size_t count, size_t limit) {
+  int inside = 1;
+  for (size_t k = 0; k < count; k++) { inside = inside && places[k] < limit; }
+  return inside;
+}
+
+/* Whether every place, column and row is inside what it points into, whatever the checksum says. */
+static int is_inside(const orbsoc_insertion *m) {
+  const size_t nodes = m->nodes, by_state = (size_t)ORBSOC_BY_STATE * nodes;
+  const size_t rows = (size_t)ORBSOC_TARGET_ROWS, limit = m->entries_a;
+  return all_below(m->place.state, by_state, limit) &&
+         all_below(m->place.control, 3u * nodes, limit) &&
+         all_below(m->place.duration, 6u * nodes, limit) &&
+         all_below(m->place.end_state, by_state, limit) &&
+         all_below(m->place.end_control, 3u * nodes, limit) &&
+         all_below(m->place.end_duration, 6, limit) &&
+         all_below(m->place.target, 6u * rows, limit) && 6u * nodes <= m->control_column &&
+         m->control_column + 3u * nodes <= m->variables && m->end_column + 6u <= m->variables &&
+         m->duration_column < m->variables && m->above_column + rows <= m->variables &&
+         m->below_column + rows <= m->variables && 6u * nodes <= m->end_row &&
+         m->end_row + 6u <= m->equality_rows && m->target_row + rows <= m->equality_rows &&
+         m->longest_row < m->cone_rows;
+}
+
 orbsoc_error orbsoc_insertion_open(orbsoc_planner *planner, const orbsoc_insertion *mission,
                                    orbsoc_solver *solver, double *memory, size_t words) {
   if (planner == NULL || mission == NULL || solver == NULL || memory == NULL ||
@@ -41,13 +58,13 @@ orbsoc_error orbsoc_insertion_open(orbsoc_planner *planner, const orbsoc_inserti
   }
   planner->mission = NULL;
   if (orbsoc_insertion_checksum(mission) != mission->checksum ||
-      fits(mission, solver->pattern) == 0) {
+      fits(mission, solver->pattern) == 0 || is_inside(mission) == 0) {
     return ORBSOC_TABLES_CHANGED;
   }
   if (words < words_of(mission)) {
     return ORBSOC_SMALL_MEMORY;
   }
-  (void)lay_out(mission, memory, planner);
+  lay_out(mission, memory, planner);
   planner->solver = solver;
   const orbsoc_error set_c = orbsoc_set_c(solver, mission->fixed.c);
   const orbsoc_error set_g = orbsoc_set_g(solver, mission->fixed.g);
@@ -246,7 +263,7 @@ void orbsoc_insertion_direction(const orbsoc_planner *planner, double elapsed_s,
 
 const char *orbsoc_plan_exit_name(orbsoc_plan_exit exit) {
   static const char *const names[] = {
-      "CONVERGED",      "INFEASIBLE",  "SUBPROBLEM_INFEASIBLE", "SUBPROBLEM_FAILED",
+      "CONVERGED",      "UNREACHED",   "SUBPROBLEM_INFEASIBLE", "SUBPROBLEM_FAILED",
       "MAX_ITERATIONS", "INTERRUPTED", "NOTHING_TO_BURN"};
   return ((uint32_t)exit < 7u) ? names[exit] : "UNKNOWN";
 }

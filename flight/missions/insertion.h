@@ -115,7 +115,7 @@ typedef struct {
 /* Why a plan ended: the reasons of orbsoc.guidance.scp.ExitReason, and one more. */
 typedef enum {
   ORBSOC_PLAN_CONVERGED = 0,
-  ORBSOC_PLAN_UNREACHED = 1,            /* converged, but beside the target: see `violation` */
+  ORBSOC_PLAN_UNREACHED = 1, /* INFEASIBLE there: converged beside the target, see `violation` */
   ORBSOC_PLAN_SUBPROBLEM_INFEASIBLE = 2, /* a certificate says so: see the solver's solution */
   ORBSOC_PLAN_SUBPROBLEM_FAILED = 3,
   ORBSOC_PLAN_MAX_ITERATIONS = 4,
@@ -169,7 +169,9 @@ typedef struct {
 } orbsoc_planner;
 
 /* Lay a planner's memory out, on a solver that is open: `words` doubles, as the mission's header
- * says. The tables are checked against their checksum and against the solver's pattern. */
+ * says. The tables are checked against their checksum and against the solver's pattern. From then
+ * on the planner sets the solver's data and its tolerance; solver.ask and orbsoc_attach are yours.
+ */
 orbsoc_error orbsoc_insertion_open(orbsoc_planner *planner, const orbsoc_insertion *mission,
                                    orbsoc_solver *solver, double *memory, size_t words);
 
@@ -182,21 +184,24 @@ orbsoc_error orbsoc_insertion_plan(orbsoc_planner *planner, const double positio
 void orbsoc_insertion_direction(const orbsoc_planner *planner, double elapsed_s,
                                 double direction[3]);
 
-/* The same of a first guess, or at a canonical time before it is made of unit length. */
-void orbsoc_insertion_programme(const orbsoc_insertion *mission, const orbsoc_arc *arc, double elapsed,
-                      double vector[3]);
+/* ---- parts of a plan, in the order in which it makes them ---- */
 
 /* The first reference: what thrust along the velocity flies, at the nodes and at the end. */
 void orbsoc_insertion_fly_guess(orbsoc_planner *planner);
 
+/* The data of the subproblem about the plan's arc, into the planner's a, b and h. */
+void orbsoc_insertion_linearise(orbsoc_planner *planner);
+
 /* Fly the plan as it is commanded, independently of the collocation, and judge where it ends. */
 void orbsoc_insertion_fly_plan(orbsoc_planner *planner);
 
-/* Judge an end state after the flight has noted its thrust excess and its lowest radius. */
-void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[6], orbsoc_plan *plan);
+/* Judge an end state, once the flight has noted its thrust excess and its lowest radius. */
+void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[6],
+                            orbsoc_plan *plan);
 
-/* The data of the subproblem about the plan's arc. */
-void orbsoc_insertion_linearise(orbsoc_planner *planner);
+/* The interpolant of a burn's nodal thrusts after a canonical time, not yet of unit length. */
+void orbsoc_insertion_programme(const orbsoc_insertion *mission, const orbsoc_arc *arc,
+                                double elapsed, double vector[3]);
 
 /* The checksum of a mission's tables as they are in memory. */
 uint32_t orbsoc_insertion_checksum(const orbsoc_insertion *mission);

@@ -57,7 +57,9 @@ def c(
 
     with exit_handling(False, interrupted="interrupted; nothing was written"):
         check_place(out)
-        problem, whole, without = _of_scenario(source, fp) if source.suffix == ".toml" else (_stated(source), None, "")
+        problem, whole, without = (
+            _of_scenario(source, fp) if source.suffix == ".toml" else (_stated(source), None, "")
+        )
         options = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
         options |= {"instructions": instructions, "mission": whole}
         written = export_c(problem, out, fp=fp, **options)
@@ -65,7 +67,7 @@ def c(
     if whole is not None:
         typer.echo("the whole mission is among them: mission.h, flight/missions and mission_selftest.c")
     elif without:
-        typer.echo(f"the solves alone: the mission has no program in C for {without}")
+        typer.echo(f"the solves alone, without the whole mission; {without}")
 
 
 def _engine(text: str) -> Any:
@@ -119,7 +121,11 @@ def _of_scenario(path: Path, fp: int) -> tuple[Problem, Any, str]:
             f"{path}: mission {scenario.mission!r} has no program in C; there is one for {known}, and for any problem"
             " file"
         )
-    without = "" if fp == 64 else "fp = 32; its tolerances are below the resolution of binary32"
+    without = (
+        ""
+        if fp == 64
+        else f"fp = {fp}: the tolerances of the mission in C are below the resolution of binary32"
+    )
     if not without:
         try:
             whole = mission.on_board(scenario, uninterrupted())

@@ -23,7 +23,17 @@ SIZES = (
     "guess_steps", "check_steps", "check_samples",
 )  # fmt: skip
 """The counts of `orbsoc_insertion`, in the order of its fields and of its checksum; so are the names below."""
-SCALES = ("length_m", "speed_m_s", "time_s", "acceleration", "flow", "longest", "guess", "shortest", "slack_weight")
+SCALES = (
+    "length_m",
+    "speed_m_s",
+    "time_s",
+    "acceleration",
+    "flow",
+    "longest",
+    "guess",
+    "shortest",
+    "slack_weight",
+)
 TARGET = ("normal", "perigee", "ahead")
 TARGET_SIZES = ("momentum", "eccentricity")
 RULES = (
@@ -172,7 +182,9 @@ def _braced(values: Array) -> str:
 
 
 def _places(name: str, values: NDArray[np.int64]) -> str:
-    return f"static const orbsoc_index place_{name}[] = {{\n{wrapped([str(at) for at in values.tolist()])}}};\n"
+    return (
+        f"static const orbsoc_index place_{name}[] = {{\n{wrapped([str(at) for at in values.tolist()])}}};\n"
+    )
 
 
 def mission_bounds(mission: OnBoard, arena_bytes: int) -> str:

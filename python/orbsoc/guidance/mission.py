@@ -297,7 +297,7 @@ class Sampled(Mission, Protocol):
 
 
 class NotOnBoard(ValueError):
-    """Why a scenario has no program in C that plans it; the message completes "the mission has no program in C for"."""
+    """Why a scenario has no program in C that plans it: the key with its value, and what the program does."""
 
 
 @runtime_checkable

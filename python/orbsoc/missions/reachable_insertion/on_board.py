@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass, fields
-from math import ceil, pi, sqrt, tan
+from math import ceil, pi, tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,24 +16,22 @@ from numpy.typing import NDArray
 from orbsoc.conic.problem import Problem
 from orbsoc.guidance.collocation import barycentric_weights, legendre_gauss
 from orbsoc.guidance.mission import NotOnBoard
-from orbsoc.guidance.powered_flight import SHORTEST, Burn, Trajectory
+from orbsoc.guidance.powered_flight import SHORTEST
 from orbsoc.guidance.scp import ExitReason, Rules, Solve
 from orbsoc.orbit.array import Array
 
-from .model.problems import Iterate
 from .scenario import Scenario
 from .search.run import Attempt, Search, verified
 from .search.setup import InsertionSetup
+from .starts.directions import steps_between
 from .targets.rows import TERMINAL_ROWS
 from .targets.target_orbit import TargetOrbit
 from .verification import SAMPLES
 
 Places = NDArray[np.int64]
 
-GUESS_STEP = 1e-3
-"""Longest step of the flight of the first guess, canonical: by the fourth order it ends within 1e-13."""
 CHECK_STEP = 5e-3
-"""Of the flight that judges a plan, 1e-11."""
+"""Longest step of the flight that judges a plan, canonical: by the fourth order it ends within 1e-11."""
 _MOVED = np.array([180.0, -120.0, 150.0, 1.2, -0.9, 1.6])
 """By how much the second recorded state is off the scenario's, SI."""
 _BY_STATE = [(k, 3 + k) for k in range(3)] + [(3 + i, j) for i in range(3) for j in range(3)]
@@ -75,7 +73,8 @@ def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
     first = _planned(setup, solve, rules)
     if not first.verified or not first.outcome.iterations:
         raise NotOnBoard(
-            f"thrust along the velocity on {first.nodes} nodes does not lead to a verified plan: {first.outcome.message}"
+            f"thrust along the velocity on {first.nodes} nodes, the one start of the mission in C, leads to no verified plan:"
+            f" {first.outcome.message}"
         )
     attempts = [(setup, first)]
     if (near := _moved(scenario, setup.start_si + _MOVED)) is not None:
@@ -97,77 +96,32 @@ def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
 
 
 def _what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str]]:
-    burn, limits = scenario.burn, scenario.limits
-    yield scenario.problem != "min_time", f"problem = {scenario.problem!r}; it plans 'min_time' alone"
-    yield burn.count != 1, f"burn.count = {burn.count}; it plans one burn"
-    yield burn.ignition != "now", f"burn.ignition = {burn.ignition!r}; it ignites 'now'"
-    yield burn.coast_j2, "burn.coast_j2 = true; it has no coasts"
-    bound = limits.attitude_rate_deg_s
-    yield bound is not None, f"limits.attitude_rate_deg_s = {bound}; it has no bound on the attitude rate"
-    yield bool(scenario.target.free), f"target.free = {list(scenario.target.free)}; it reaches whole orbits"
+    burn, bound, free = scenario.burn, scenario.limits.attitude_rate_deg_s, list(scenario.target.free)
     plane = scenario.verification.plane_rad
-    yield plane >= 0.5 * pi, f"verification.plane_rad = {plane:g}; it allows less than a right angle"
+    rules = (
+        (scenario.problem != "min_time", f"problem = {scenario.problem!r}", "plans 'min_time' alone"),
+        (burn.count != 1, f"burn.count = {burn.count}", "plans one burn"),
+        (burn.ignition != "now", f"burn.ignition = {burn.ignition!r}", "ignites 'now'"),
+        (bound is not None, f"limits.attitude_rate_deg_s = {bound}", "bounds no attitude rate"),
+        (bool(free), f"target.free = {free}", "reaches orbits that are given whole"),
+        (plane >= 0.5 * pi, f"verification.plane_rad = {plane:g}", "allows less than a right angle"),
+    )
+    for is_wrong, key, allowed in rules:
+        yield is_wrong, f"{key}: the mission in C {allowed}"
 
 
 def _moved(scenario: Scenario, start_si: Array) -> Scenario | None:
     """The scenario from another state in the axes of plans; None where its own is given in other axes or by elements."""
-    if scenario.initial.by_elements or (scenario.axes != "launch_inertial" and scenario.launch_site is not None):
+    if scenario.initial.by_elements or (
+        scenario.axes != "launch_inertial" and scenario.launch_site is not None
+    ):
         return None
     vectors = {"position_m": start_si[:3].tolist(), "velocity_m_s": start_si[3:].tolist()}
     return scenario.with_changes(initial=vectors)
 
 
-def first_guess(setup: InsertionSetup) -> Trajectory:
-    """What thrust along the velocity flies, with the bits of `orbsoc_insertion_fly_guess`: in steps of one length between nodes.
-
-    `InsertionSetup.cold_start` flies the same by DOP853.
-    """
-    burn, grid = setup.burn, legendre_gauss(setup.scenario.method.nodes)
-    duration = setup.scenario.burn.guess_s / setup.units.time_s
-    times = [*(0.5 * duration * (grid.nodes + 1.0)).tolist(), duration]
-    states, state, last = [], burn.start, 0.0
-    for time in times:
-        state = _flown(burn, state, last, time, guess_steps(setup))
-        states.append(state)
-        last = time
-    controls = np.array([each[3:] / sqrt(_square(each[3:])) for each in states[:-1]])
-    return Trajectory(grid, np.array(states[:-1]), controls, states[-1], duration)
-
-
-def guess_steps(setup: InsertionSetup) -> int:
-    """Of the flight of the first guess, between two nodes."""
-    nodes = legendre_gauss(setup.scenario.method.nodes).nodes
-    widest = 0.5 * setup.scenario.burn.guess_s / setup.units.time_s * float(np.diff([-1.0, *nodes, 1.0]).max())
-    return ceil(widest / GUESS_STEP)
-
-
-def _flown(burn: Burn, state: Array, begin: float, end: float, steps: int) -> Array:
-    """Runge and Kutta's method of order 4, thrust along the velocity."""
-
-    def rate(elapsed: float, at: Array) -> Array:
-        radius, speed = sqrt(_square(at[:3])), sqrt(_square(at[3:]))
-        thrust = burn.acceleration / (1.0 - burn.flow * elapsed)
-        return np.concatenate([at[3:], thrust * at[3:] / speed - at[:3] / (radius * radius * radius)])
-
-    step = (end - begin) / steps
-    for k in range(steps):
-        now = begin + k * step
-        half = now + 0.5 * step
-        first = rate(now, state)
-        second = rate(half, state + 0.5 * step * first)
-        third = rate(half, state + 0.5 * step * second)
-        fourth = rate(now + step, state + step * third)
-        state = state + step / 6.0 * (first + 2.0 * (second + third) + fourth)
-    return state
-
-
-def _square(a: Array) -> float:
-    return float(a[0] * a[0] + (a[1] * a[1] + a[2] * a[2]))
-
-
 def _planned(setup: InsertionSetup, solve: Solve, rules: Rules) -> Attempt:
-    """The sequence from the first guess that is made on board, flown."""
-    attempt = Search(solve, rules).sequence(setup, Iterate(first_guess(setup)), "cold start")
+    attempt = Search(solve, rules).sequence(setup, setup.cold_start(), "cold start")
     if attempt.outcome.reason is ExitReason.INTERRUPTED:
         raise KeyboardInterrupt
     return verified(setup, attempt)
@@ -177,7 +131,9 @@ def _recorded(setup: InsertionSetup, attempt: Attempt) -> RecordedPlan:
     arc, outcome = attempt.trajectory, attempt.outcome
     duration_s = arc.duration * setup.units.time_s
     count = len(outcome.iterations)
-    return RecordedPlan(setup.start_si, outcome.reason.name, count, duration_s, arc.controls, attempt.verified)
+    return RecordedPlan(
+        setup.start_si, outcome.reason.name, count, duration_s, arc.controls, attempt.verified
+    )
 
 
 def _layout(setup: InsertionSetup, problem: Problem) -> tuple[dict[str, int], dict[str, int]]:
@@ -189,11 +145,15 @@ def _layout(setup: InsertionSetup, problem: Problem) -> tuple[dict[str, int], di
     rows = {"end_row": 6 * nodes, "target_row": 6 * nodes + 6, "longest_row": 1}
     wanted = (starts[-1], rows["target_row"] + len(TERMINAL_ROWS))
     if problem.A.shape[::-1] != wanted:
-        raise RuntimeError(f"the subproblem has {problem.A.shape[::-1]} unknowns and equalities, not {wanted}")
+        raise RuntimeError(
+            f"the subproblem has {problem.A.shape[::-1]} unknowns and equalities, not {wanted}"
+        )
     return dict(zip(sizes, starts, strict=False)), rows
 
 
-def _places(problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], nodes: int) -> dict[str, Places]:
+def _places(
+    problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], nodes: int
+) -> dict[str, Places]:
     """Where each entry that a reference moves stands in the data of A."""
     matrix = problem.A
     of_column = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
@@ -232,10 +192,11 @@ def _fixed(problems: list[Problem], places: Mapping[str, Places], longest_row: i
 def _sizes(
     setup: InsertionSetup, problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], rules: Rules
 ) -> dict[str, int]:
+    grid = legendre_gauss(setup.scenario.method.nodes)
     counts = {
         "nodes": setup.scenario.method.nodes, "entries_a": problem.A.nnz, "entries_g": problem.G.nnz, "variables": problem.n,
         "equality_rows": problem.p, "cone_rows": problem.m, "max_subproblems": rules.max_iterations,
-        "guess_steps": guess_steps(setup), "check_samples": SAMPLES - 1,
+        "guess_steps": steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s), "check_samples": SAMPLES - 1,
         "check_steps": ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP),
     }  # fmt: skip
     return counts | {name: at for name, at in columns.items() if name != "states"} | dict(rows)
@@ -261,7 +222,9 @@ def _numbers(setup: InsertionSetup, rules: Rules) -> dict[str, float]:
 def _lists(setup: InsertionSetup, fixed: Mapping[str, Array]) -> dict[str, Array]:
     grid = legendre_gauss(setup.scenario.method.nodes)
     assert isinstance(setup.target, TargetOrbit)
-    found = {f"target.{name}": np.asarray(getattr(setup.target, name)) for name in ("normal", "perigee", "ahead")}
+    found = {
+        f"target.{name}": np.asarray(getattr(setup.target, name)) for name in ("normal", "perigee", "ahead")
+    }
     found |= {
         "grid.node": grid.nodes, "grid.weight": grid.weights,
         "grid.from_start": grid.differentiation[:, 0], "grid.barycentric": barycentric_weights(grid.nodes),
