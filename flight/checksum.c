@@ -65,7 +65,9 @@ uint32_t orbsoc_size_checksum(const orbsoc_pattern *p) {
                             p->panel_entries, p->scratch, p->work_words, p->number_words,
                             p->soc_words, p->targets};
   uint32_t crc = 0xffffffffu;
-  for (size_t k = 0; k < sizeof(sizes) / sizeof(sizes[0]); k++) { crc = orbsoc_crc_word(crc, sizes[k]); }
+  for (size_t k = 0; k < sizeof(sizes) / sizeof(sizes[0]); k++) {
+    crc = orbsoc_crc_word(crc, sizes[k]);
+  }
   return crc ^ 0xffffffffu;
 }
 
