@@ -102,7 +102,7 @@ static uint32_t objection(double value, double limit, uint32_t bit) {
   return (value <= limit) ? 0u : bit;
 }
 
-void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[6],
+void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[ORBSOC_STATE],
                             orbsoc_plan *plan) {
   const orbsoc_target_orbit *target = &mission->target;
   const orbsoc_flight_limits *limits = &mission->limits;

@@ -65,6 +65,7 @@ orbsoc_error orbsoc_insertion_open(orbsoc_planner *planner, const orbsoc_inserti
     return ORBSOC_SMALL_MEMORY;
   }
   lay_out(mission, memory, planner);
+  planner->plan.arc.duration = -1.0; /* there is no plan yet */
   planner->solver = solver;
   const orbsoc_error set_c = orbsoc_set_c(solver, mission->fixed.c);
   const orbsoc_error set_g = orbsoc_set_g(solver, mission->fixed.g);
@@ -253,12 +254,23 @@ orbsoc_error orbsoc_insertion_plan(orbsoc_planner *planner, const double positio
   return error;
 }
 
-void orbsoc_insertion_direction(const orbsoc_planner *planner, double elapsed_s,
-                                double direction[3]) {
+orbsoc_error orbsoc_insertion_direction(const orbsoc_planner *planner, double elapsed_s,
+                                        double direction[3]) {
+  if (planner == NULL || planner->mission == NULL || direction == NULL) {
+    return ORBSOC_NO_POINTER;
+  }
+  const orbsoc_plan *plan = &planner->plan;
+  if (plan->arc.duration < 0.0) {
+    return ORBSOC_NO_DATA;
+  }
+  if (!(elapsed_s >= 0.0 && elapsed_s <= plan->duration_s)) {
+    return ORBSOC_BAD_VALUE; /* beside the burn the interpolant says nothing */
+  }
   const orbsoc_insertion *mission = planner->mission;
-  orbsoc_insertion_programme(mission, &planner->plan.arc, elapsed_s / mission->time_s, direction);
+  orbsoc_insertion_programme(mission, &plan->arc, elapsed_s / mission->time_s, direction);
   const double size = norm(direction);
   for (size_t i = 0; i < 3u; i++) { direction[i] /= size; }
+  return ORBSOC_OK;
 }
 
 const char *orbsoc_plan_exit_name(orbsoc_plan_exit exit) {

@@ -180,9 +180,10 @@ orbsoc_error orbsoc_insertion_open(orbsoc_planner *planner, const orbsoc_inserti
 orbsoc_error orbsoc_insertion_plan(orbsoc_planner *planner, const double position_m[3],
                                    const double velocity_m_s[3]);
 
-/* The commanded thrust direction, a unit vector, at a time after the ignition, in s. */
-void orbsoc_insertion_direction(const orbsoc_planner *planner, double elapsed_s,
-                                double direction[3]);
+/* The commanded thrust direction, a unit vector, at a time after the ignition: in s, from 0 to
+ * plan.duration_s, or else ORBSOC_BAD_VALUE. ORBSOC_NO_DATA: there is no plan. */
+orbsoc_error orbsoc_insertion_direction(const orbsoc_planner *planner, double elapsed_s,
+                                        double direction[3]);
 
 /* ---- parts of a plan, in the order in which it makes them ---- */
 
@@ -196,7 +197,7 @@ void orbsoc_insertion_linearise(orbsoc_planner *planner);
 void orbsoc_insertion_fly_plan(orbsoc_planner *planner);
 
 /* Judge an end state, once the flight has noted its thrust excess and its lowest radius. */
-void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[6],
+void orbsoc_insertion_judge(const orbsoc_insertion *mission, const double end[ORBSOC_STATE],
                             orbsoc_plan *plan);
 
 /* The interpolant of a burn's nodal thrusts after a canonical time, not yet of unit length. */

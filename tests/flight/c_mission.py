@@ -80,10 +80,10 @@ class CMission:
         self.library.mission_guess(_at(start), _at(reference))
         return reference
 
-    def direction(self, elapsed_s: float) -> Array:
+    def direction(self, elapsed_s: float) -> tuple[int, Array]:
+        """The error, and the thrust direction after a time."""
         found = np.zeros(3)
-        self.library.mission_direction(elapsed_s, _at(found))
-        return found
+        return self.library.mission_direction(elapsed_s, _at(found)), found
 
 
 def _at(values: NDArray[Any]) -> Any:

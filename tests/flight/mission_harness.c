@@ -61,8 +61,8 @@ void mission_guess(const double *start, double *reference) {
   reference[9u * nodes + 6u] = arc->duration;
 }
 
-void mission_direction(double elapsed_s, double *direction) {
-  orbsoc_insertion_direction(&planner, elapsed_s, direction);
+int mission_direction(double elapsed_s, double *direction) {
+  return (int)orbsoc_insertion_direction(&planner, elapsed_s, direction);
 }
 
 static orbsoc_answer stop(void *context) {

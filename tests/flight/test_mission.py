@@ -30,6 +30,8 @@ from tests.flight.c_library import FLIGHT, ROOT, STRICT, need
 from tests.flight.c_mission import CMission, CPlan
 
 Array = NDArray[np.float64]
+Exported = dict[str, tuple[Scenario, OnBoard, Path]]
+Missions = dict[str, CMission]
 MISSIONS = FLIGHT / "missions"
 NAMES = ("rec1", "rec2")
 FAILURES = ("|ΔH|/|H|", "|ΔL|/μ", "plane error", "max‖u‖ − 1", "depth below")
@@ -37,7 +39,7 @@ FAILURES = ("|ΔH|/|H|", "|ΔL|/μ", "plane error", "max‖u‖ − 1", "depth b
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Scenario, OnBoard, Path]]:
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
     """Both scenarios with their missions and folders."""
     found = {}
     for name in NAMES:
@@ -50,7 +52,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Scenar
 
 
 @pytest.fixture(scope="module")
-def missions(exported: dict[str, tuple[Scenario, OnBoard, Path]]) -> dict[str, CMission]:
+def missions(exported: Exported) -> Missions:
     return {name: CMission(folder, folder / "mission.so") for name, (_, _, folder) in exported.items()}
 
 
@@ -89,7 +91,7 @@ def objections(attempt: Attempt) -> int:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_plans_are_those_of_the_sequence_bit_for_bit(
-    name: str, exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
+    name: str, exported: Exported, missions: Missions
 ) -> None:
     scenario, _, _ = exported[name]
     exits = set()
@@ -111,9 +113,7 @@ def test_plans_are_those_of_the_sequence_bit_for_bit(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_plans_are_the_shipped_planners(
-    name: str, exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_plans_are_the_shipped_planners(name: str, exported: Exported, missions: Missions) -> None:
     scenario, _, _ = exported[name]
     for start in starts(scenario)[:11]:
         shipped, found = plan(from_state(scenario, start).scenario), missions[name].plan(start)
@@ -126,10 +126,9 @@ def test_plans_are_the_shipped_planners(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_data_about_any_reference_have_the_bits_of_python(
-    name: str, exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
+    name: str, exported: Exported, missions: Missions
 ) -> None:
-    scenario, mission, _ = exported[name]
-    setup = InsertionSetup.of(scenario)
+    setup = InsertionSetup.of(exported[name][0])
     lines = setup.subproblem(soft=False)
     random = np.random.default_rng(0)
 
@@ -151,13 +150,10 @@ def test_data_about_any_reference_have_the_bits_of_python(
         np.testing.assert_array_equal(a, problem.A.data)
         np.testing.assert_array_equal(b, problem.b)
         np.testing.assert_array_equal(h, problem.h)
-    assert set(mission.places) == {
-        "state", "control", "duration", "end_state", "end_control", "end_duration", "target",
-    }  # fmt: skip
 
 
 def test_the_first_guess_has_the_bits_of_the_cold_start_and_is_flown_right(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
+    exported: Exported, missions: Missions
 ) -> None:
     scenario, mission, _ = exported["rec1"]
     for start in starts(scenario)[:4]:
@@ -170,9 +166,7 @@ def test_the_first_guess_has_the_bits_of_the_cold_start_and_is_flown_right(
         np.testing.assert_allclose(found, flat(independent), rtol=1e-10, atol=1e-10)
 
 
-def test_the_flight_that_judges_is_the_independent_one(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_the_flight_that_judges_is_the_independent_one(exported: Exported, missions: Missions) -> None:
     """Where the thrust turns fast DOP853 is 4e-11 off at its tolerances; the flight in C does not move with four times the steps."""
     scenario, _, _ = exported["rec1"]
     for start in starts(scenario)[:4]:
@@ -186,9 +180,7 @@ def test_the_flight_that_judges_is_the_independent_one(
         assert lowest == pytest.approx(radius / scenario.constants.earth_radius_m, rel=1e-10)
 
 
-def test_a_coarse_grid_is_objected_to(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_a_coarse_grid_is_objected_to(exported: Exported, missions: Missions) -> None:
     """A state from which the burn turns faster than twelve nodes follow."""
     scenario, _, _ = exported["rec1"]
     start = InsertionSetup.of(scenario).start_si
@@ -202,9 +194,7 @@ def test_a_coarse_grid_is_objected_to(
     assert {0} < {each.objections for each in found if each.exit == "CONVERGED"}
 
 
-def test_the_attitude_is_what_is_commanded(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_the_attitude_is_what_is_commanded(exported: Exported, missions: Missions) -> None:
     scenario, _, _ = exported["rec1"]
     setup = InsertionSetup.of(scenario)
     found = missions["rec1"].plan(setup.start_si)
@@ -213,13 +203,21 @@ def test_the_attitude_is_what_is_commanded(
     nodes_s = (0.5 * found.duration_s * (grid.nodes + 1.0)).tolist()
     for time_s in [*np.linspace(0.0, found.duration_s, 40).tolist(), *nodes_s]:
         wanted = np.asarray(steering(time_s, np.zeros(6)))
-        got = missions["rec1"].direction(time_s)
+        error, got = missions["rec1"].direction(time_s)
+        assert error == 0
         np.testing.assert_allclose(got, wanted / np.linalg.norm(wanted), atol=1e-12)
 
 
-def test_on_the_target_orbit_there_is_nothing_to_burn(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_beside_the_burn_and_before_a_plan_there_is_no_attitude(exported: Exported, tmp_path: Path) -> None:
+    scenario, _, folder = exported["rec1"]
+    fresh = CMission(folder, tmp_path / "fresh.so")
+    assert fresh.direction(0.0)[0] == 7, "ORBSOC_NO_DATA"
+    found = fresh.plan(InsertionSetup.of(scenario).start_si)
+    beside = (-1e-9, found.duration_s + 1e-9, float("nan"))
+    assert [fresh.direction(time_s)[0] for time_s in beside] == [5] * 3, "ORBSOC_BAD_VALUE"
+
+
+def test_on_the_target_orbit_there_is_nothing_to_burn(exported: Exported, missions: Missions) -> None:
     scenario, _, _ = exported["rec1"]
     there = scenario.launch_inertial(scenario.target)
     found = missions["rec1"].plan(there)
@@ -228,13 +226,11 @@ def test_on_the_target_orbit_there_is_nothing_to_burn(
     shipped = plan(from_state(scenario, there).scenario)
     assert (shipped.status.value, shipped.time_of_flight_s) == ("verified", 0.0)
     np.testing.assert_allclose(
-        missions["rec1"].direction(0.0), there[3:] / np.linalg.norm(there[3:]), atol=1e-12
+        missions["rec1"].direction(0.0)[1], there[3:] / np.linalg.norm(there[3:]), atol=1e-12
     )
 
 
-def test_bad_states_and_interrupts_end_with_a_type(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_bad_states_and_interrupts_end_with_a_type(exported: Exported, missions: Missions) -> None:
     scenario, mission, _ = exported["rec1"]
     own = InsertionSetup.of(scenario).start_si
     for wrong in (own * np.nan, np.zeros(6), own * [1, 1, np.inf, 1, 1, 1], own * [1, 1, 1, 0, 0, 0]):
@@ -254,9 +250,7 @@ def test_bad_states_and_interrupts_end_with_a_type(
     assert missions["rec1"].plan(own).objections == 0, "nothing is left of what went wrong"
 
 
-def test_a_changed_table_is_refused(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission]
-) -> None:
+def test_a_changed_table_is_refused(exported: Exported, missions: Missions) -> None:
     assert [missions["rec1"].library.mission_change(which) for which in range(8)] == [3] * 8
     _, mission, _ = exported["rec1"]
     assert f"0x{checksum(mission):08x}u" in mission_source(mission)
@@ -267,7 +261,7 @@ def test_a_changed_table_is_refused(
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_no_compiler_changes_a_plan(
-    compiler: str, level: str, exported: dict[str, tuple[Scenario, OnBoard, Path]], missions: dict[str, CMission],
+    compiler: str, level: str, exported: Exported, missions: Missions,
     tmp_path: Path,
 ) -> None:  # fmt: skip
     scenario, _, folder = exported["rec1"]
@@ -294,9 +288,7 @@ def selftest(folder: Path, compiler: tuple[str, ...], emulator: tuple[str, ...],
     return done.stdout
 
 
-def test_the_selftest_finds_the_recorded_plans_on_every_machine(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]],
-) -> None:
+def test_the_selftest_finds_the_recorded_plans_on_every_machine(exported: Exported) -> None:
     _, mission, folder = exported["rec1"]
     assert len(mission.plans) == 2
     here = selftest(folder, ("gcc",), (), "-O2")
@@ -307,9 +299,7 @@ def test_the_selftest_finds_the_recorded_plans_on_every_machine(
     assert selftest(folder, ("aarch64-linux-gnu-gcc",), ("qemu-aarch64",), "-static", "-O2") == here
 
 
-def test_the_selftest_notices_another_plan(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], tmp_path: Path
-) -> None:
+def test_the_selftest_notices_another_plan(exported: Exported, tmp_path: Path) -> None:
     _, mission, _ = exported["rec1"]
     first = mission.plans[0]
     wrong = replace(first, controls=first.controls + 2.0 * AGREES)
@@ -356,6 +346,13 @@ def test_the_sources_are_as_the_librarys() -> None:
     assert [line for line in text.splitlines() if len(line) > 100] == []
 
 
+def test_a_state_on_the_target_has_no_mission() -> None:
+    scenario = load_scenario(ROOT / "scenarios" / "rec1.toml")
+    there = scenario.launch_inertial(scenario.target)
+    with pytest.raises(ValueError, match="there is nothing to burn"):
+        on_board(from_state(scenario, there).scenario, orbsoc.solve)
+
+
 REFUSED = (
     ({"problem": "max_energy"}, "problem = 'max_energy'"),
     ({"burn": {"count": 2}}, "burn.count = 2"),
@@ -393,9 +390,7 @@ def test_the_command_exports_the_mission_or_says_why_not(tmp_path: Path) -> None
         assert (out / "pattern.c").exists()
 
 
-def test_a_mission_is_in_binary64(
-    exported: dict[str, tuple[Scenario, OnBoard, Path]], tmp_path: Path
-) -> None:
+def test_a_mission_is_in_binary64(exported: Exported, tmp_path: Path) -> None:
     _, mission, _ = exported["rec1"]
     with pytest.raises(FlightError, match="exported in 64 alone"):
         orbsoc.export_c(mission.problem, tmp_path / "c", fp=32, mission=mission)

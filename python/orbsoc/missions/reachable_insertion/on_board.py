@@ -17,12 +17,14 @@ from orbsoc.conic.problem import Problem
 from orbsoc.guidance.collocation import barycentric_weights, legendre_gauss
 from orbsoc.guidance.mission import NotOnBoard
 from orbsoc.guidance.powered_flight import SHORTEST
+from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.guidance.scp import ExitReason, Rules, Solve
 from orbsoc.orbit.array import Array
 
 from .scenario import Scenario
-from .search.run import Attempt, Search, verified
+from .search.run import Attempt, Search, SearchResult, verified
 from .search.setup import InsertionSetup
+from .search.strategies import null_burn
 from .starts.directions import steps_between
 from .targets.rows import TERMINAL_ROWS
 from .targets.target_orbit import TargetOrbit
@@ -70,8 +72,10 @@ def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
             raise NotOnBoard(words)
     setup = InsertionSetup.of(scenario)
     rules = Rules(max_iterations=scenario.method.max_iterations)
+    if any(null_burn(Search(solve, rules), SearchResult(setup))):
+        raise NotOnBoard("the scenario's state is on the target orbit: there is nothing to burn")
     first = _planned(setup, solve, rules)
-    if not first.verified or not first.outcome.iterations:
+    if not first.verified:
         raise NotOnBoard(
             f"thrust along the velocity on {first.nodes} nodes, the one start of the mission in C, leads to no verified plan:"
             f" {first.outcome.message}"
@@ -111,13 +115,16 @@ def _what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str]]:
 
 
 def _moved(scenario: Scenario, start_si: Array) -> Scenario | None:
-    """The scenario from another state in the axes of plans; None where its own is given in other axes or by elements."""
+    """The scenario from another state in the axes of plans; None where its own is given otherwise, or where that state cannot be."""
     if scenario.initial.by_elements or (
         scenario.axes != "launch_inertial" and scenario.launch_site is not None
     ):
         return None
     vectors = {"position_m": start_si[:3].tolist(), "velocity_m_s": start_si[3:].tolist()}
-    return scenario.with_changes(initial=vectors)
+    try:
+        return scenario.with_changes(initial=vectors)
+    except ScenarioError:
+        return None
 
 
 def _planned(setup: InsertionSetup, solve: Solve, rules: Rules) -> Attempt:
