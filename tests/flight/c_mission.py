@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,9 +44,11 @@ class CPlan:
 
 
 class CMission:
-    """A planner on the tables of an exported folder."""
+    """A planner on the tables of an exported folder, with `beside` it more sources and macros."""
 
-    def __init__(self, folder: Path, made: Path, compiler: str = "gcc", *options: str) -> None:
+    def __init__(
+        self, folder: Path, made: Path, compiler: str = "gcc", *options: str, beside: Sequence[str] = ()
+    ) -> None:
         need(compiler)
         source = (folder / "pattern.h").read_text()
         bits = 16 if "ORBSOC_INDEX_BITS != 16" in source else 32
@@ -54,13 +57,18 @@ class CMission:
         own = [folder / "pattern.c", folder / "mission.c", ROOT / "tests" / "flight" / "mission_harness.c"]
         command = [compiler, *STRICT, *(options or ("-O2",)), "-DORBSOC_FP=64", f"-DORBSOC_INDEX_BITS={bits}", f"-I{FLIGHT}",
                    f"-I{FLIGHT / 'missions'}", f"-I{folder}", "-shared", "-fPIC",
-                   *map(str, (*missions, *own, *library)), "-lm", "-o", str(made)]  # fmt: skip
+                   *beside, *map(str, (*missions, *own, *library)), "-lm", "-o", str(made)]  # fmt: skip
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         self.library = ctypes.CDLL(str(made))
+        self.library.mission_solver.restype = ctypes.c_void_p
         self.library.mission_direction.argtypes = [ctypes.c_double, ctypes.c_void_p]
         self.nodes = int((folder / "mission.h").read_text().split("ORBSOC_NODES = ")[1].split(",")[0])
         assert self.library.mission_open() == 0
+
+    @property
+    def solver(self) -> ctypes.c_void_p:
+        return ctypes.c_void_p(self.library.mission_solver())
 
     def plan(self, start_si: Array) -> CPlan:
         counts = np.zeros(4, np.int32)

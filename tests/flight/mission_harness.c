@@ -16,6 +16,8 @@ int mission_open(void) {
   return 16 * (int)opened + (int)planned;
 }
 
+orbsoc_solver *mission_solver(void) { return &solver; }
+
 /* Plan; counts are exit, objections, subproblems, iterations. */
 int mission_plan(const double *start, int *counts, double *numbers, double *controls, double *states) {
   const int error = (int)orbsoc_insertion_plan(&planner, start, &start[3]);
