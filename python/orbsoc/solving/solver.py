@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from os import PathLike
 from typing import Any, cast
 
@@ -158,10 +159,18 @@ class Solver:
 
 def resolve(settings: Settings | None, overrides: Mapping[str, Any]) -> Settings:
     """The settings with overrides; TypeError names an unknown one."""
+    if settings is None and all(isinstance(value, Hashable) for value in overrides.values()):
+        return _defaults_with(**overrides)
     base = DEFAULTS if settings is None else settings
     check_type("settings", base, Settings)
     refuse_unknown(overrides)
     return replace(base, **overrides) if overrides else base
+
+
+@lru_cache(maxsize=16, typed=True)
+def _defaults_with(**overrides: Any) -> Settings:
+    """Kept, as checking fifteen values takes a tenth of a small solve."""
+    return Settings(**overrides)
 
 
 def engine(problem: Problem, settings: Settings) -> _core.Engine:

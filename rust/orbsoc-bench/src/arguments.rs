@@ -1,15 +1,17 @@
 //! The command line.
 
 use crate::failure::Failure;
+use orbsoc::{Engine, Error, Problem, Settings};
 use std::path::PathBuf;
 
 pub const HELP: &str = "\
-orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--label TEXT] [--out FILE.csv]
+orbsoc-bench FOLDER|FILE … [--repeats N] [--tol T] [--stages] [--exact] [--label TEXT] [--out FILE.csv]
     Times every problem file (orbsoc.problem/1): a fresh engine each time, problems interleaved, medians.
     --repeats N    times that each problem is solved (30)
     --tol T        tolerance (1e-8)
     --stages       time every stage, too
     --cold         before each set-up, touch more memory than a core's caches hold: a solve now and then, not in a loop
+    --exact        by the exact engine, whose order of operations the library in C and the PL have
     --batch N      solve N variants of each problem in SIMD lanes on one thread, too; time per problem
     --label TEXT   what is measured, for the header of the file
     --out FILE     write the results as CSV
@@ -19,7 +21,7 @@ orbsoc-bench --warm FOLDER|FILE … [--repeats N] [--tol T] [--stages]
 orbsoc-bench --schedule FOLDER|FILE … [--repeats N]
     Millions of operations a second that the PL's schedulers take in, on engines of 1, 2, 4 and 8 lanes,
     and a fingerprint of the microcode.
-orbsoc-bench --marks FOLDER|FILE … [--tol T]
+orbsoc-bench --marks FOLDER|FILE … [--tol T] [--exact]
     Solves every problem once and marks its stages for an emulator that counts instructions; prints a hash of the answers.
 orbsoc-bench --compare BEFORE.csv AFTER.csv
     Ratio after/before for each problem, and for each stage when both files have stages.
@@ -42,10 +44,23 @@ pub struct Plan {
     pub stages: bool,
     /// Set-ups begin with cold caches.
     pub cold: bool,
+    /// The exact engine instead of the default one.
+    pub exact: bool,
     /// Variants of each problem that are solved in one batch; 0: none.
     pub batch: usize,
     pub label: String,
     pub out: Option<PathBuf>,
+}
+
+impl Plan {
+    /// An engine of the kind that is measured.
+    pub fn set_up(&self, problem: &Problem, settings: &Settings) -> Result<Engine<f64>, Error> {
+        if self.exact {
+            Engine::exact(problem, settings)
+        } else {
+            Engine::new(problem, settings)
+        }
+    }
 }
 
 impl Command {
@@ -56,6 +71,7 @@ impl Command {
             tol: 1e-8,
             stages: false,
             cold: false,
+            exact: false,
             batch: 0,
             label: String::new(),
             out: None,
@@ -76,6 +92,7 @@ impl Command {
                 "--out" => plan.out = Some(value()?.into()),
                 "--stages" => plan.stages = true,
                 "--cold" => plan.cold = true,
+                "--exact" => plan.exact = true,
                 "--schedule" => command = Self::Schedule,
                 "--warm" => command = Self::Warm,
                 "--marks" => command = Self::Marks,

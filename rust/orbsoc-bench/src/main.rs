@@ -56,7 +56,7 @@ fn run() -> Result<(), Failure> {
         }
         Command::Marks(plan) => {
             let settings = orbsoc::Settings { tol: plan.tol, ..orbsoc::Settings::default() };
-            print!("{}", marks::solve(&load(&plan.paths)?, &settings)?);
+            print!("{}", marks::solve(&load(&plan.paths)?, &settings, &plan)?);
         }
         Command::Measure(plan) => {
             let problems = load(&plan.paths)?;

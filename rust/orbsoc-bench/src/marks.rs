@@ -3,8 +3,9 @@
 //! Seeks need no `unsafe`, cost some dozens of instructions, and no other part of the program makes any of this kind; what
 //! counts the instructions between them is python/orbsoc/flight/count_instructions.c.
 
+use crate::arguments::Plan;
 use crate::failure::Failure;
-use orbsoc::{Engine, Outcome, Problem, Settings, Solution, Stage, CLOSING, ITERATION, STARTUP};
+use orbsoc::{Outcome, Problem, Settings, Solution, Stage, CLOSING, ITERATION, STARTUP};
 use std::fs::File;
 use std::io::{Seek, SeekFrom};
 
@@ -20,14 +21,14 @@ const PROBLEM: u64 = STAGES + 2;
 
 /// Solve every problem once, in one attempt and with marks; a line for each with its iterations and a hash of its
 /// answer's bits, after a line with the names of the marks.
-pub fn solve(problems: &[(String, Problem)], settings: &Settings) -> Result<String, Failure> {
+pub fn solve(problems: &[(String, Problem)], settings: &Settings, plan: &Plan) -> Result<String, Failure> {
     let mut marks = Marks(File::open("/dev/null").map_err(|e| format!("/dev/null: {e}"))?);
     let names: Vec<&str> = Stage::ALL.iter().map(|stage| stage.name()).collect();
     let mut lines = vec![format!("{MARK} {} outside conclude problem\n", names.join(" "))];
     for (name, problem) in problems {
         marks.at(PROBLEM);
         marks.at(PROBLEM);
-        let mut engine = Engine::<f64>::new(problem, settings).map_err(|e| format!("{name}: {e}"))?;
+        let mut engine = plan.set_up(problem, settings).map_err(|e| format!("{name}: {e}"))?;
         let mut run = |stage: Stage| {
             marks.at(stage as u64);
             let outcome = engine.run(stage);

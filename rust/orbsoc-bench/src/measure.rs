@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::spread::{microseconds, Spread};
 use crate::stages::{Clocks, StageTimes};
 use crate::variants::vary;
-use orbsoc::{BatchSolver, Engine, Problem, Settings, Solution, STARTUP};
+use orbsoc::{BatchSolver, Problem, Settings, Solution, STARTUP};
 use std::time::Instant;
 
 /// The measurements on one problem.
@@ -40,7 +40,7 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
                 evict(&mut other);
             }
             let start = Instant::now();
-            let mut engine = Engine::<f64>::new(problem, &settings).map_err(refuse)?;
+            let mut engine = plan.set_up(problem, &settings).map_err(refuse)?;
             setups[k].push(microseconds(start));
             let start = Instant::now();
             let solution = engine.solve();
@@ -54,7 +54,7 @@ pub fn measure(problems: &[(String, Problem)], plan: &Plan) -> Result<Vec<Measur
                 batches[k].push(microseconds(start) / plan.batch as f64);
             }
             if plan.stages {
-                clocks[k].time(STARTUP, &mut Engine::new(problem, &settings).map_err(refuse)?);
+                clocks[k].time(STARTUP, &mut plan.set_up(problem, &settings).map_err(refuse)?);
             }
         }
     }
