@@ -92,8 +92,8 @@ typedef struct {
   uint32_t longest_row;     /* of the cones: the longest burn that a subproblem allows */
   uint32_t max_subproblems;
   uint32_t guess_steps;     /* of the flight of the first guess, between two nodes */
-  uint32_t check_steps;     /* of the flight that judges a plan, */
-  uint32_t check_samples;   /* between two of so many samples */
+  uint32_t check_steps;     /* of the flight that judges a plan, between two samples */
+  uint32_t check_samples;   /* of that flight, beside its start */
   uint32_t checksum;        /* CRC-32 of all that is here but itself */
   double length_m;
   double speed_m_s;
