@@ -44,6 +44,14 @@ def soc(
         str,
         typer.Option(help="which solves of the workload: `first`, `all`, or their numbers from 1, as 1,3"),
     ] = "first",
+    fault: Annotated[
+        str | None,
+        typer.Option(
+            help="spoil the partition's runs: KIND[:SKIP[:TIMES]], KIND of registers, memories, interrupt, reset, endless, clock;"
+            " after SKIP events of its sort, TIMES of them, 0 for all",
+            metavar="KIND",
+        ),
+    ] = None,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
     ] = None,
@@ -60,6 +68,7 @@ def soc(
         from orbsoc.hw.schedules import Engine
         from orbsoc.hw.workload import problems_of
         from orbsoc.rtl.validation import rtl_folder
+        from orbsoc.soc.faults import Fault
         from orbsoc.soc.machine import SocError, core_sources
         from orbsoc.soc.runs import counted
         from orbsoc.soc.table import Comparison, table
@@ -68,6 +77,7 @@ def soc(
 
         folder = rtl_folder(rtl)
         core_sources()
+        spoilt = Fault.parsed(fault) if fault is not None else None
         engine = Engine(lanes=lanes, banks=banks)
         on_pl = partition != "none" and load_partition(partition).uses_pl
         where = out or Path("out") / "hw-soc"
@@ -89,6 +99,7 @@ def soc(
                     "ratio": ratio,
                     "latency": latency,
                     "tell": _told(progress, name),
+                    "fault": spoilt if split else None,
                 }
                 problem = problems[number - 1]
                 found.append(counted(problem, folder, partition=split, engine=engine, **arguments))
@@ -102,8 +113,9 @@ def soc(
             lines += ["", *table(compared.split, f"partition {partition}, {lanes} lanes")]
         lines += ["", *_verdict(compared, partition, ratio, latency)]
         document = _document(
-            compared, workload, partition, chosen, engine=asdict(engine), ratio=ratio, latency=latency
-        )
+            compared, workload, partition, chosen,
+            engine=asdict(engine), ratio=ratio, latency=latency, fault=str(spoilt) if spoilt else None,
+        )  # fmt: skip
         options.write_all(
             where, {"soc.json": options.as_json_text(document), "soc.txt": "\n".join(lines) + "\n"}
         )
@@ -138,19 +150,24 @@ def _verdict(compared: Comparison, partition: str, ratio: float, latency: int) -
             f"Speedup   {compared.speedup:.2f} x, counted: core alone over {partition}, its program loaded before",
             f"Load      {compared.loaded_cycles} clocks of the core, once a pattern",
         ]
+    for place in dict.fromkeys(place for run in compared.split for place in run.places):
+        tries = f"first try: {place.events[0]}; second: {place.events[1]}"
+        lines.append(f"Ran on    {place.where}; {tries}")
     return [*lines, f"Clocks    an engine's clock is {ratio:g} of the core's; memory answers after {latency}"]
 
 
 def _document(
     compared: Comparison, workload: Path, partition: str, chosen: list[int], **settings: Any
 ) -> dict[str, Any]:
-    from orbsoc.soc.table import summed
+    from orbsoc.soc.table import added, summed
 
     def part(runs: tuple[Counted, ...]) -> dict[str, Any]:
         return {
             "core_cycles": sum(run.core_cycles for run in runs),
             "instructions": sum(run.instructions for run in runs),
             "parts": [asdict(row) for row in summed(runs)],
+            "within": [asdict(row) for row in added([part for run in runs for part in run.within])],
+            "places": [asdict(place) for run in runs for place in run.places],
         }
 
     return {

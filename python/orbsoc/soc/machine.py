@@ -7,9 +7,13 @@ import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orbsoc.hw.schedules import Engine
 from orbsoc.rtl.validation import SEQUENCERS, Format, RtlError
+
+if TYPE_CHECKING:
+    from .faults import Fault
 
 REGISTERS, MEMORIES = 0x2000_0000, 0x3000_0000
 """Where the core sees the engine's two ports (rtl/soc/soc.sv)."""
@@ -45,15 +49,18 @@ class Machine:
             raise SocError(f"the computer does not build: {done.stderr.strip()[-2000:]}")
         return cls(Path(done.stdout.strip().splitlines()[-1]))
 
-    def run(self, image: Path, *, ratio: float, latency: int, limit: int | None = None) -> Iterator[str]:
+    def run(
+        self, image: Path, *, ratio: float, latency: int, limit: int = 0, fault: Fault | None = None
+    ) -> Iterator[str]:
         """The lines of the program's console, as they come. `ratio`: core clocks a clock of the engine, from 1; `latency` of
-        memory in core clocks; `limit` on core clocks. Raises SocError when the program fails or the limit is met."""
+        memory in core clocks; `limit` on core clocks, 0 for none. Raises SocError when the program fails or the limit is met."""
         command = [
             str(self.harness),
             f"+image={image}",
             repr(ratio),
             str(latency),
-            *([str(limit)] if limit else []),
+            str(limit),
+            *(fault.arguments if fault else []),
         ]
         last = ""
         with subprocess.Popen(
