@@ -52,6 +52,17 @@ def soc(
             metavar="KIND",
         ),
     ] = None,
+    trace: Annotated[
+        bool,
+        typer.Option(
+            "--trace",
+            help="write waveforms (soc.fst) and a timeline (soc-trace.json) of the first solve chosen",
+        ),
+    ] = False,
+    trace_clocks: Annotated[
+        str,
+        typer.Option(help="of the waveforms: first clock of the core, and how many", metavar="FIRST:COUNT"),
+    ] = "0:500000",
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
     ] = None,
@@ -65,13 +76,15 @@ def soc(
     """
     with exit_handling(as_json, interrupted="interrupted; finished runs are kept, call it again to go on"):
         from hw_model import load_partition
+        from hw_model.report.perfetto import as_text
         from orbsoc.hw.schedules import Engine
         from orbsoc.hw.workload import problems_of
         from orbsoc.rtl.validation import rtl_folder
         from orbsoc.soc.faults import Fault
-        from orbsoc.soc.machine import SocError, core_sources
+        from orbsoc.soc.machine import SocError, Waveform, core_sources
         from orbsoc.soc.runs import counted
         from orbsoc.soc.table import Comparison, table
+        from orbsoc.soc.timeline import traced
 
         from .hw_progress import Progress
 
@@ -79,6 +92,7 @@ def soc(
         core_sources()
         spoilt = Fault.parsed(fault) if fault is not None else None
         engine = Engine(lanes=lanes, banks=banks)
+        window = _window(trace_clocks)
         on_pl = partition != "none" and load_partition(partition).uses_pl
         where = out or Path("out") / "hw-soc"
         options.write_all(where, {})  # what cannot be written ends the run here
@@ -119,6 +133,14 @@ def soc(
         options.write_all(
             where, {"soc.json": options.as_json_text(document), "soc.txt": "\n".join(lines) + "\n"}
         )
+        if trace:
+            waveform = Waveform(where / "soc.fst", *window)
+            name = f"trace of solve {chosen[0]}, {partition if on_pl else 'core alone'}"
+            timeline = traced(
+                problems[chosen[0] - 1], folder, partition=partition if on_pl else None, engine=engine,
+                ratio=ratio, latency=latency, waveform=waveform, tell=_told(progress, name),
+            )  # fmt: skip
+            options.write_all(where, {"soc-trace.json": as_text(timeline)})
         options.print_report(lines, document, where, as_json=as_json)
         raise typer.Exit(0 if compared.same_bits else FAILED)
 
@@ -139,6 +161,18 @@ def _chosen(solves: str, count: int) -> list[int]:
             f"--solves = {solves!r}: allowed is first, all, or numbers from 1 to {count}, as 1,3"
         )
     return numbers
+
+
+def _window(text: str) -> tuple[int, int]:
+    """First clock and count. Raises SocError."""
+    from orbsoc.soc.machine import SocError
+
+    first, _, count = text.partition(":")
+    if not (first.isdigit() and count.isdigit() and int(count) > 0):
+        raise SocError(
+            f"--trace-clocks = {text!r}: allowed is FIRST:COUNT in clocks of the core, as 0:500000"
+        )
+    return int(first), int(count)
 
 
 def _verdict(compared: Comparison, partition: str, ratio: float, latency: int) -> list[str]:

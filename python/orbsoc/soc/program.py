@@ -53,9 +53,11 @@ def compiled(
     form: Format = "compressed",
     patience: int | None = None,
     warm: bool = True,
+    events: bool = False,
 ) -> Program:
     """The flight code for a problem with its self-test, compiled; kept in `cache`. `patience`: rounds of about 4000 clocks
     that a launch may take, the driver's own by default. Without `warm`, the solve from a point nearby is left out.
+    With `events` it prints when each part ran.
     Raises SocError without a compiler, and what `export_c` raises."""
     if shutil.which(COMPILER) is None:
         raise SocError(
@@ -76,6 +78,7 @@ def compiled(
             f"-DORBSOC_FP={engine.fp}",
             "-DORBSOC_SHORT_SELFTEST",
             *([] if warm else ["-DORBSOC_COLD_SELFTEST"]),
+            *(["-DEVENTS"] if events else []),
             *([f"-DPATIENCE={patience}u"] if patience and on_pl else []),
         ]
         script = rtl / "soc" / "program" / "link.ld"

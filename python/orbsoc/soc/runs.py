@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from orbsoc import _core
@@ -66,14 +66,20 @@ def counted(
     if console.exists():
         tell("this run was simulated before")
         return parsed(console.read_text().splitlines(), stage_names())
-    lines = []
-    for line in machine.run(program.image, ratio=ratio, latency=latency, fault=fault):
-        if line.startswith("@"):
-            tell(f"simulated {int(line[1:]) / 1e6:.1f} million clocks of the core")
-        else:
-            lines.append(line)
+    lines = lines_of(machine.run(program.image, ratio=ratio, latency=latency, fault=fault), tell)
     found = parsed(lines, stage_names())
     temporary = console.with_suffix(f".{os.getpid()}")
     temporary.write_text("\n".join(lines) + "\n")
     temporary.replace(console)
     return found
+
+
+def lines_of(console: Iterable[str], tell: Callable[[str], None]) -> list[str]:
+    """What the program and the harness print, but for the lines on how far the run is, which are told."""
+    lines = []
+    for line in console:
+        if line.startswith("@"):
+            tell(f"simulated {int(line[1:]) / 1e6:.1f} million clocks of the core")
+        else:
+            lines.append(line)
+    return lines
