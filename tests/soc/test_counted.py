@@ -9,7 +9,7 @@ from orbsoc.soc.counted import parsed
 from orbsoc.soc.machine import SocError
 from orbsoc.soc.runs import stage_names
 from orbsoc.soc.table import REST, Comparison, summed, table
-from orbsoc.soc.timeline import CORE, ENGINE, LINK, Span, document, spans
+from orbsoc.soc.timeline import CORE, ENGINE, LINK, Span, document, segment_names, spans
 
 ALONE = [
     "stage 0 1 100 40",
@@ -72,8 +72,10 @@ def test_both_halves_stand_on_one_timeline() -> None:
         "pl 690 77", "pl 700 4", "pl 790 -1", "pl 800 5", "pl 850 0", "pl 860 -1",
         "solve 5 5", "event s 0 100 200", "event p 0 300 350", "event w 34 460 690", "event b 0 695 699",
     ]  # fmt: skip
-    names = stage_names()
-    found = list(spans(lines, names, 224))
+    names, segments = stage_names(), segment_names()
+    assert segments[4] == names[3]
+    assert max(segments) > len(names)  # streams of several stages
+    found = list(spans(lines, names, segments, 224))
     assert found == [
         Span(ENGINE, names[3], 700, 790),
         Span(ENGINE, names[4], 800, 850),

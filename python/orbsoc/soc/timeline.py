@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from orbsoc import _core
 from orbsoc.conic.problem import Problem
+from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine
+from orbsoc.ps.segments import Method
 
 from .machine import Machine, SocError, Waveform
 from .program import compiled
@@ -58,10 +61,18 @@ def traced(
     tell("build the computer with waveforms, minutes the first time")
     machine = Machine.built(rtl, program.engine, FORM, program.code_lines, traced=True)
     lines = lines_of(machine.run(program.image, ratio=ratio, latency=latency, waveform=waveform), tell)
-    return document(spans(lines, stage_names(), Machine.reset_clocks(ratio)))
+    return document(spans(lines, stage_names(), segment_names(), Machine.reset_clocks(ratio)))
 
 
-def spans(lines: Iterable[str], stages: tuple[str, ...], reset_clocks: int) -> Iterator[Span]:
+def segment_names() -> dict[int, str]:
+    """Of the engine's segments by their numbers: stages, then streams of several under resident control."""
+    numbered = Method.from_core(_core, resident=True).numbered(resident_program())
+    return {segment.number: " + ".join(stages) for stages, segment in numbered.items() if segment.number}
+
+
+def spans(
+    lines: Iterable[str], stages: tuple[str, ...], segments: Mapping[int, str], reset_clocks: int
+) -> Iterator[Span]:
     """Lines "event KIND NUMBER BEGIN END" of the program (rtl/soc/program/counters.h), whose clock starts after the reset, and lines
     "pl CLOCK SEGMENT" of the harness, SEGMENT -1 where the engine comes to rest."""
     running, since = -1, 0
@@ -69,8 +80,8 @@ def spans(lines: Iterable[str], stages: tuple[str, ...], reset_clocks: int) -> I
         kind, *fields = line.split()
         if kind == "pl":
             clock, segment = map(int, fields)
-            if 0 < running <= len(stages):  # else data, or the control program itself
-                yield Span(ENGINE, stages[running - 1], since, clock)
+            if running in segments:
+                yield Span(ENGINE, segments[running], since, clock)
             running, since = segment, clock
         elif kind == "event":
             what, number, *ends = fields
