@@ -86,7 +86,7 @@ def compiled(
         key = _digest(defines, [*sources, *sorted(folder.glob("**/*.h")), *board, *headers, script])
         image = cache / f"program-{key}.hex"
         if not image.exists():
-            _compile(folder, [*sources, *board], script, defines, image, on_pl=on_pl)
+            linked(folder, [*sources, *board], script, defines, image, on_pl=on_pl)
         if not on_pl:
             return Program(image, key, None, form, 0)
         address_bits, lines = _sizes((folder / "pl_program.c").read_text(encoding="utf-8"))
@@ -109,9 +109,10 @@ def _digest(defines: list[str], files: list[Path]) -> str:
     return digest.hexdigest()[:16]
 
 
-def _compile(
+def linked(
     folder: Path, sources: list[Path], script: Path, defines: list[str], image: Path, *, on_pl: bool
 ) -> None:
+    """The image of a program from its sources; intermediate files are in `folder`. Raises SocError."""
     binary = folder / "image.bin"
     elf = folder / "image.elf"
     if on_pl:
