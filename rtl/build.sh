@@ -6,6 +6,7 @@
 #        rtl/build.sh axi_slaves -GFP=64 -GADDRESS_BITS=6 -GCODE_BITS=3 -GCODE_WIDTH=100
 #        rtl/build.sh axi_engine -GFP=64 -GLANES=4 …      as engine, with the driver in C as its PS
 #        ORBSOC_ROCKET=FOLDER rtl/build.sh soc -GFP=64 …  as engine, with a core; FOLDER is pythondata_cpu_rocket's `verilog`
+#        ORBSOC_ROCKET=FOLDER rtl/build.sh soc_trace …    the same, which can write waveforms (FST)
 # SEQUENCER: 0 flat, 1 compressed, 2 in order. Parameters that are not given are the module's; the harness takes all from the model.
 # The result is kept under $ORBSOC_RTL_CACHE (default ~/.cache/orbsoc/rtl) by the hash of sources, parameters and tools;
 # so are the objects of Verilator's runtime, which is a third of a build and the same in all of them.
@@ -14,25 +15,31 @@ here=$(cd "$(dirname "$0")" && pwd)
 top=$1
 shift
 
+module=$top
 parallel=0
 split=
+traced=
+fast=-O1
 case $top in
   units) sources="$here/harness/units.sv $here/harness/units.cpp" ;;
   engine) sources="$here/engine/*.sv $here/harness/engine.cpp" ;;
   registers) sources="$here/engine/registers.sv $here/harness/registers.cpp" ;;
   axi_engine) sources="$here/engine/*.sv $here/axi/*.sv $here/harness/axi_engine.cpp" ;;
   axi_slaves) sources="$here/axi/axi_[!e]*.sv $here/harness/axi_traffic.cpp" ;;
-  soc)
+  soc|soc_trace)
+    module=soc
     core=${ORBSOC_ROCKET:?is not set: the folder of the generated core}
     rocket="$core/generated-src/freechips.rocketchip.system.LitexFullConfig"
     sources="$here/engine/*.sv $here/axi/*.sv $here/soc/soc_axi.sv $here/soc/soc.sv $here/soc/soc_[!a]*.sv $here/soc/rocket.vlt
       $rocket.v $rocket.behav_srams.v $core/vsrc/plusarg_reader.v $core/vsrc/AsyncResetReg.v $core/vsrc/EICG_wrapper.v $here/harness/soc.cpp"
     parallel=1
-    split="--output-split 20000 --output-split-cfuncs 2000 -DPRINTF_COND=0 -DSTOP_COND=0" ;;
-  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, axi_slaves, axi_engine and soc" >&2; exit 2 ;;
+    fast=-O2
+    split="--output-split 20000 --output-split-cfuncs 2000 -DPRINTF_COND=0 -DSTOP_COND=0"
+    [ "$top" = soc ] || traced=--trace-fst ;;
+  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, axi_slaves, axi_engine, soc and soc_trace" >&2; exit 2 ;;
 esac
 
-texts=$(find "$here" -name '*.sv*' -o -name '*.[ch]pp' -o -name '*.[ch]' -o -name build.sh | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
+texts=$(find "$here" ! -path "$here/soc/program/*" \( -name '*.sv*' -o -name '*.[ch]pp' -o -name '*.[ch]' -o -name build.sh \) | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
 tools=$(verilator --version; ${CXX:-c++} --version)
 key=$(printf '%s\n' "$texts" "$tools" "$top" "$@" | sha256sum | cut -c 1-16)
 cache=${ORBSOC_RTL_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/orbsoc/rtl}
@@ -42,7 +49,7 @@ for folder in "$here" "$cache"; do
   esac
 done
 built="$cache/$top-$key"
-runtime="$cache/runtime-$(printf '%s\n' "$tools" "$(cat "$here/build.sh")" | sha256sum | cut -c 1-16)"
+runtime="$cache/runtime-$(printf '%s\n' "$tools" "$(cat "$here/build.sh")" "$traced" | sha256sum | cut -c 1-16)"
 if [ ! -x "$built" ]; then
   mkdir -p "$cache"
   work=$(mktemp -d "$cache/building.XXXXXX")
@@ -57,11 +64,11 @@ if [ ! -x "$built" ]; then
       "${CC:-cc}" -std=c11 -O1 -Wall -Wextra -Wpedantic -Werror -ffreestanding -DORBSOC_EXTERNAL_ACCESS -c "$here/driver/orbsoc.c" -o "$objects" || return 1
     fi
     # shellcheck disable=SC2086  # the lists are meant to be split
-    verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" $split "$@" \
-      --top-module "$top" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver" --Mdir "$work/model" -o "$work/$top" \
+    verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" $split $traced "$@" \
+      --top-module "$module" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver" --Mdir "$work/model" -o "$work/$top" \
       "$here/contract.sv" "$here"/fpu/*.sv $sources $objects &&
       { [ ! -d "$runtime" ] || cp "$runtime"/*.o "$work/model"; } &&
-      make -C "$work/model" -f "V$top.mk" -j "$(getconf _NPROCESSORS_ONLN)" VM_PARALLEL_BUILDS=$parallel OPT_FAST=-O1 OPT_GLOBAL=-O1
+      make -C "$work/model" -f "V$module.mk" -j "$(getconf _NPROCESSORS_ONLN)" VM_PARALLEL_BUILDS=$parallel OPT_FAST="$fast" OPT_GLOBAL=-O1
   }
   if ! model "$@" >"$work/log" 2>&1; then
     cat "$work/log" >&2

@@ -1,5 +1,6 @@
 // A whole computer: a Rocket core (RV64GC, third party), memory, the engine behind AXI, one DMA, a console. The engine's clock is the
-// core's divided by a ratio: the harness gives both, and `tick` in the clock of the core that ends with an edge of the engine's.
+// core's divided by a ratio: the harness gives both, and `tick` in the clock of the core that ends with an edge of the engine's; it
+// stops the engine's while `pl_stopped`.
 module soc #(
     parameter int FP /*verilator public*/ = 64,
     parameter int LANES /*verilator public*/ = 4,
@@ -17,6 +18,12 @@ module soc #(
     input logic tick,
     input logic reset,
     input logic [15:0] latency,
+    input logic [2:0] fault,
+    input logic [15:0] fault_skip,
+    input logic [15:0] fault_times,
+    output logic pl_stopped,
+    output logic pl_busy,
+    output logic [7:0] pl_running,
     output logic console_valid,
     output logic [7:0] console_byte,
     output logic exit_valid,
@@ -24,11 +31,11 @@ module soc #(
 );
   soc_axi main (), device (), coherent ();
 
-  logic pl_irq, dma_irq;
+  logic pl_irq, dma_irq, bus_error, no_interrupt;
   soc_core core (
       .clock(clock),
       .reset(reset),
-      .interrupts({6'd0, dma_irq, pl_irq}),
+      .interrupts({5'd0, bus_error, dma_irq, pl_irq && !no_interrupt}),
       .main(main),
       .device(device),
       .coherent(coherent)
@@ -53,6 +60,8 @@ module soc #(
       .below(parts)
   );
 
+  assign pl_busy = engine.busy;
+  assign pl_running = engine.running;
   logic [63:0] engine_clocks;
   always_ff @(posedge clock)
     if (reset) engine_clocks <= '0;
@@ -61,6 +70,17 @@ module soc #(
   logic [31:0] descriptor;
   logic [15:0] descriptors;
   logic dma_start, dma_clear, dma_busy, dma_refused;
+  logic restart, registers_cut, memories_cut, registers_refused, memories_refused, bus_error_clear;
+  logic [3:0] restart_left;
+  wire restarting = restart_left != 0;
+  always_ff @(posedge clock) begin
+    if (reset) restart_left <= '0;
+    else if (restart) restart_left <= 4'd8;
+    else if (tick && restarting) restart_left <= restart_left - 1'b1;
+    if (reset) bus_error <= 1'b0;
+    else if (registers_refused || memories_refused) bus_error <= 1'b1;
+    else if (bus_error_clear) bus_error <= 1'b0;
+  end
   soc_board board (
       .clock(clock),
       .reset(reset),
@@ -75,7 +95,11 @@ module soc #(
       .clear(dma_clear),
       .busy(dma_busy),
       .refused(dma_refused),
-      .engine_clocks(engine_clocks)
+      .engine_clocks(engine_clocks),
+      .restart(restart),
+      .pl_state({memories_cut, registers_cut, restarting}),
+      .bus_error_clear(bus_error_clear),
+      .bus_error(bus_error)
   );
   soc_axi moved (), shared (), words (), lite ();
   soc_dma dma (
@@ -98,15 +122,60 @@ module soc #(
       .second(parts[2]),
       .below(shared)
   );
+  soc_axi guarded_words (), guarded_lite ();
+  soc_guard words_guard (
+      .clock(clock),
+      .reset(reset),
+      .restart(restarting),
+      .cut(memories_cut),
+      .refused(memories_refused),
+      .above(shared),
+      .below(guarded_words)
+  );
+  soc_guard lite_guard (
+      .clock(clock),
+      .reset(reset),
+      .restart(restarting),
+      .cut(registers_cut),
+      .refused(registers_refused),
+      .above(parts[1]),
+      .below(guarded_lite)
+  );
+  logic refuse_register, refuse_memory, engine_reset, endless, program_end;
   soc_tick words_tick (
       .tick(tick),
-      .fast(shared),
+      .refuse(refuse_memory),
+      .fast(guarded_words),
       .slow(words)
   );
   soc_tick lite_tick (
       .tick(tick),
-      .fast(parts[1]),
+      .refuse(refuse_register),
+      .fast(guarded_lite),
       .slow(lite)
+  );
+  soc_fault faults (
+      .clock(clock),
+      .reset(reset),
+      .tick(tick),
+      .kind(fault),
+      .skip(fault_skip),
+      .times(fault_times),
+      .register_answer((guarded_lite.bvalid && guarded_lite.bready) || (guarded_lite.rvalid && guarded_lite.rready)),
+      .memory_answer((guarded_words.bvalid && guarded_words.bready) || (guarded_words.rvalid && guarded_words.rready && guarded_words.rlast)),
+      .memory_address(guarded_words.awvalid && guarded_words.awready),
+      .memory_length(guarded_words.awlen),
+      .memory_beat(guarded_words.wvalid && guarded_words.wready),
+      .program_end(program_end && guarded_lite.wvalid && guarded_lite.wready),
+      .interrupt(pl_irq),
+      .runs(engine.busy),
+      .restart(restart),
+      .refuse_register(refuse_register),
+      .refuse_memory(refuse_memory),
+      .no_interrupt(no_interrupt),
+      .engine_reset(engine_reset),
+      .endless(endless),
+      .stopped(pl_stopped)
   );
 
   logic awvalid, awready, wvalid, wready, bvalid, bready, arvalid, arready, rvalid, rready;
@@ -117,6 +186,8 @@ module soc #(
   soc_lite registers (
       .clock(pl_clock),
       .reset(reset),
+      .endless(endless),
+      .program_end(program_end),
       .bus(lite),
       .*
   );
@@ -133,7 +204,7 @@ module soc #(
       .ID_BITS(8)
   ) engine (
       .aclk(pl_clock),
-      .aresetn(!reset),
+      .aresetn(!(reset || restarting || engine_reset)),
       .irq(pl_irq),
       .s_axil_awvalid(awvalid),
       .s_axil_awready(awready),

@@ -3,6 +3,8 @@
 //   0x1100_0010  first descriptor's address      0x1100_0018  descriptors to do; a write starts them
 //   0x1100_0020  STATUS of the DMA: bit 0 busy, bit 1 a bus refused; a write clears bit 1 and the interrupt
 //   0x1100_0028  clocks in which the engine was busy, since reset
+//   0x1100_0030  a write resets the PL and joins its ports again; bit 0 that goes on, bit 1 registers cut off, bit 2 memories
+//   0x1100_0038  bit 0: an access to the PL was answered with an error; a write clears it and the interrupt
 module soc_board (
     input logic clock,
     input logic reset,
@@ -17,7 +19,11 @@ module soc_board (
     output logic clear,
     input logic busy,
     input logic refused,
-    input logic [63:0] engine_clocks
+    input logic [63:0] engine_clocks,
+    output logic restart,
+    input logic [2:0] pl_state,
+    output logic bus_error_clear,
+    input logic bus_error
 );
   // li t0, 1; slli t0, t0, 31; jr t0
   localparam logic [63:0] JUMP = 64'h01f2_9293_0010_0293, TO_MEMORY = 64'h0000_0000_0002_8067;
@@ -36,11 +42,19 @@ module soc_board (
   assign start = on_board && place == 8'h18;
   assign descriptors = write_word[15:0];
   assign clear = on_board && place == 8'h20;
+  assign restart = on_board && place == 8'h30;
+  assign bus_error_clear = on_board && place == 8'h38;
   always_ff @(posedge clock) if (on_board && place == 8'h10) descriptor <= write_word[31:0];
 
   always_comb
-    if (read_address[31:24] == 8'h11) read_word = read_address[3] ? engine_clocks : {62'd0, refused, busy};
-    else read_word = read_address[3] ? TO_MEMORY : JUMP;
+    if (read_address[31:24] != 8'h11) read_word = read_address[3] ? TO_MEMORY : JUMP;
+    else
+      case (read_address[4:3])
+        2'd0: read_word = {62'd0, refused, busy};
+        2'd1: read_word = engine_clocks;
+        2'd2: read_word = {61'd0, pl_state};
+        default: read_word = {63'd0, bus_error};
+      endcase
   soc_port port (
       .clock(clock),
       .reset(reset),

@@ -1,7 +1,8 @@
 // From the core's clock to the engine's, which is slower by a ratio and has its edges on edges of the core's: `tick` is up in the clock
-// of the core that ends with one. A handshake takes place in such clocks alone, so both sides see it once.
+// of the core that ends with one. A handshake takes place in such clocks alone, so both sides see it once. With `refuse`, answers are errors.
 module soc_tick (
     input logic tick,
+    input logic refuse,
     soc_axi.slave fast,
     soc_axi.master slow
 );
@@ -18,7 +19,7 @@ module soc_tick (
   assign fast.wready = slow.wready && tick;
   assign fast.bvalid = slow.bvalid && tick;
   assign fast.bid = slow.bid;
-  assign fast.bresp = slow.bresp;
+  assign fast.bresp = slow.bresp | {refuse, 1'b0};
   assign slow.bready = fast.bready;
   assign slow.arvalid = fast.arvalid;
   assign slow.arid = fast.arid;
@@ -29,7 +30,7 @@ module soc_tick (
   assign fast.rvalid = slow.rvalid && tick;
   assign fast.rid = slow.rid;
   assign fast.rdata = slow.rdata;
-  assign fast.rresp = slow.rresp;
+  assign fast.rresp = slow.rresp | {refuse, 1'b0};
   assign fast.rlast = slow.rlast;
   assign slow.rready = fast.rready;
 endmodule

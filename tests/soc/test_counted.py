@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from orbsoc.commands.hw_soc import _chosen
+from orbsoc.commands.hw_soc import _chosen, _window
 from orbsoc.soc.counted import parsed
 from orbsoc.soc.machine import SocError
 from orbsoc.soc.runs import stage_names
 from orbsoc.soc.table import REST, Comparison, summed, table
+from orbsoc.soc.timeline import CORE, ENGINE, LINK, Span, document, segment_names, spans
 
 ALONE = [
     "stage 0 1 100 40",
@@ -64,3 +65,31 @@ def test_wrong_numbers_of_solves_name_what_is_allowed(solves: str) -> None:
 
 def test_numbers_of_solves() -> None:
     assert (_chosen("first", 4), _chosen("all", 4), _chosen("1,3", 4)) == ([1], [1, 2, 3, 4], [1, 3])
+
+
+def test_both_halves_stand_on_one_timeline() -> None:
+    lines = [
+        "pl 690 77", "pl 700 4", "pl 790 -1", "pl 800 5", "pl 850 0", "pl 860 -1",
+        "solve 5 5", "event s 0 100 200", "event p 0 300 350", "event w 34 460 690", "event b 0 695 699",
+    ]  # fmt: skip
+    names, segments = stage_names(), segment_names()
+    assert segments[4] == names[3]
+    assert max(segments) > len(names)  # streams of several stages
+    found = list(spans(lines, names, segments, 224))
+    assert found == [
+        Span(ENGINE, names[3], 700, 790),
+        Span(ENGINE, names[4], 800, 850),
+        Span(CORE, "equilibrate", 324, 424),
+        Span(LINK, "put", 524, 574),
+        Span(CORE, "waits for the PL: attempt", 684, 914),
+        Span(LINK, "publish", 919, 923),
+    ]
+    events = [event for event in document(found)["traceEvents"] if event["ph"] == "X"]
+    assert [event["ts"] for event in events] == sorted(span.begin / 1000 for span in found)
+    assert events[0]["dur"] == 0.1
+
+
+@pytest.mark.parametrize("text", ["", "5", "1:0", "a:b", "-1:5"])
+def test_a_wrong_window_of_waveforms_names_what_is_allowed(text: str) -> None:
+    with pytest.raises(SocError, match="allowed is FIRST:COUNT"):
+        _window(text)

@@ -44,6 +44,25 @@ def soc(
         str,
         typer.Option(help="which solves of the workload: `first`, `all`, or their numbers from 1, as 1,3"),
     ] = "first",
+    fault: Annotated[
+        str | None,
+        typer.Option(
+            help="spoil the partition's runs: KIND[:SKIP[:TIMES]], KIND of registers, memories, interrupt, reset, endless, clock;"
+            " after SKIP events of its sort, TIMES of them, 0 for all",
+            metavar="KIND",
+        ),
+    ] = None,
+    trace: Annotated[
+        bool,
+        typer.Option(
+            "--trace",
+            help="write waveforms (soc.fst) and a timeline (soc-trace.json) of the first solve chosen",
+        ),
+    ] = False,
+    trace_clocks: Annotated[
+        str,
+        typer.Option(help="of the waveforms: first clock of the core, and how many", metavar="FIRST:COUNT"),
+    ] = "0:500000",
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
     ] = None,
@@ -57,18 +76,23 @@ def soc(
     """
     with exit_handling(as_json, interrupted="interrupted; finished runs are kept, call it again to go on"):
         from hw_model import load_partition
+        from hw_model.report.perfetto import as_text
         from orbsoc.hw.schedules import Engine
         from orbsoc.hw.workload import problems_of
         from orbsoc.rtl.validation import rtl_folder
-        from orbsoc.soc.machine import SocError, core_sources
+        from orbsoc.soc.faults import Fault
+        from orbsoc.soc.machine import SocError, Waveform, core_sources
         from orbsoc.soc.runs import counted
         from orbsoc.soc.table import Comparison, table
+        from orbsoc.soc.timeline import traced
 
         from .hw_progress import Progress
 
         folder = rtl_folder(rtl)
         core_sources()
+        spoilt = Fault.parsed(fault) if fault is not None else None
         engine = Engine(lanes=lanes, banks=banks)
+        window = _window(trace_clocks)
         on_pl = partition != "none" and load_partition(partition).uses_pl
         where = out or Path("out") / "hw-soc"
         options.write_all(where, {})  # what cannot be written ends the run here
@@ -89,6 +113,7 @@ def soc(
                     "ratio": ratio,
                     "latency": latency,
                     "tell": _told(progress, name),
+                    "fault": spoilt if split else None,
                 }
                 problem = problems[number - 1]
                 found.append(counted(problem, folder, partition=split, engine=engine, **arguments))
@@ -102,11 +127,20 @@ def soc(
             lines += ["", *table(compared.split, f"partition {partition}, {lanes} lanes")]
         lines += ["", *_verdict(compared, partition, ratio, latency)]
         document = _document(
-            compared, workload, partition, chosen, engine=asdict(engine), ratio=ratio, latency=latency
-        )
+            compared, workload, partition, chosen,
+            engine=asdict(engine), ratio=ratio, latency=latency, fault=str(spoilt) if spoilt else None,
+        )  # fmt: skip
         options.write_all(
             where, {"soc.json": options.as_json_text(document), "soc.txt": "\n".join(lines) + "\n"}
         )
+        if trace:
+            waveform = Waveform(where / "soc.fst", *window)
+            name = f"trace of solve {chosen[0]}, {partition if on_pl else 'core alone'}"
+            timeline = traced(
+                problems[chosen[0] - 1], folder, partition=partition if on_pl else None, engine=engine,
+                ratio=ratio, latency=latency, waveform=waveform, tell=_told(progress, name),
+            )  # fmt: skip
+            options.write_all(where, {"soc-trace.json": as_text(timeline)})
         options.print_report(lines, document, where, as_json=as_json)
         raise typer.Exit(0 if compared.same_bits else FAILED)
 
@@ -129,6 +163,18 @@ def _chosen(solves: str, count: int) -> list[int]:
     return numbers
 
 
+def _window(text: str) -> tuple[int, int]:
+    """First clock and count. Raises SocError."""
+    from orbsoc.soc.machine import SocError
+
+    first, _, count = text.partition(":")
+    if not (first.isdigit() and count.isdigit() and int(count) > 0):
+        raise SocError(
+            f"--trace-clocks = {text!r}: allowed is FIRST:COUNT in clocks of the core, as 0:500000"
+        )
+    return int(first), int(count)
+
+
 def _verdict(compared: Comparison, partition: str, ratio: float, latency: int) -> list[str]:
     """What a reader wants first, last on the terminal."""
     bits = "every word is the host's" if compared.same_bits else "OTHER BITS THAN THE HOST'S"
@@ -138,19 +184,24 @@ def _verdict(compared: Comparison, partition: str, ratio: float, latency: int) -
             f"Speedup   {compared.speedup:.2f} x, counted: core alone over {partition}, its program loaded before",
             f"Load      {compared.loaded_cycles} clocks of the core, once a pattern",
         ]
+    for place in dict.fromkeys(place for run in compared.split for place in run.places):
+        tries = f"first try: {place.events[0]}; second: {place.events[1]}"
+        lines.append(f"Ran on    {place.where}; {tries}")
     return [*lines, f"Clocks    an engine's clock is {ratio:g} of the core's; memory answers after {latency}"]
 
 
 def _document(
     compared: Comparison, workload: Path, partition: str, chosen: list[int], **settings: Any
 ) -> dict[str, Any]:
-    from orbsoc.soc.table import summed
+    from orbsoc.soc.table import added, summed
 
     def part(runs: tuple[Counted, ...]) -> dict[str, Any]:
         return {
             "core_cycles": sum(run.core_cycles for run in runs),
             "instructions": sum(run.instructions for run in runs),
             "parts": [asdict(row) for row in summed(runs)],
+            "within": [asdict(row) for row in added([part for run in runs for part in run.within])],
+            "places": [asdict(place) for run in runs for place in run.places],
         }
 
     return {

@@ -104,18 +104,18 @@ def selftest_source(problem: Problem, recorded: Sequence[Recorded]) -> str:
                 parts.append(doubles(f"start{k}_{name}", values))
         scalars = [getattr(found, name) for name in _SCALARS]
         bits = _bits(f"expected{k}", np.concatenate([scalars, found.x, found.y, found.z, found.s]))
-        parts.append(_unless_short(bits) if each.moved else bits)
+        parts.append(_optional(bits, each))
     parts.append(_MAIN_BEGIN)
-    parts.extend(
-        _unless_short(_call(k, each)) if each.moved else _call(k, each) for k, each in enumerate(recorded)
-    )
+    parts.extend(_optional(_call(k, each), each) for k, each in enumerate(recorded))
     parts.append(_MAIN_END)
     return "\n".join(parts)
 
 
-def _unless_short(text: str) -> str:
-    """What ORBSOC_SHORT_SELFTEST leaves out, where a solve takes long."""
-    return f"#ifndef ORBSOC_SHORT_SELFTEST\n{text}\n#endif"
+def _optional(text: str, each: Recorded) -> str:
+    """ORBSOC_SHORT_SELFTEST leaves moved data out, and ORBSOC_COLD_SELFTEST warm starts, where a solve takes long."""
+    if not each.moved and each.start is None:
+        return text
+    return f"#ifndef ORBSOC_{'SHORT' if each.moved else 'COLD'}_SELFTEST\n{text}\n#endif"
 
 
 def _call(k: int, each: Recorded) -> str:

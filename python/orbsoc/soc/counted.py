@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from orbsoc.flight.selftest import STATUSES
+
 from .machine import SocError
+
+_PLACE = re.compile(r"  place (\d); first try: (.*); second try: (.*)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,13 +26,28 @@ class StageCount:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """`where` is of PLACES; `events` name what ended the first and the second try on the PL, or "none"."""
+
+    where: str
+    events: tuple[str, str]
+
+
+PLACES = ("core", "PL", "PL, second try", "core, after two tries on the PL")
+"""By their numbers in the flight code."""
+
+
+@dataclass(frozen=True, slots=True)
 class Counted:
-    """One solve. `verdicts`: the self-test's lines, which compare bits with the host's."""
+    """One solve. `verdicts`: the self-test's lines, which compare bits with the host's. `within`: what is a part of the launches
+    on the PL as well. `places`: where each solve ran, and what ended its tries on the PL; none for the core alone."""
 
     core_cycles: int
     instructions: int
     stages: tuple[StageCount, ...]
     verdicts: tuple[str, ...] = field(default=())
+    within: tuple[StageCount, ...] = field(default=())
+    places: tuple[Place, ...] = field(default=())
 
     @property
     def same_bits(self) -> bool:
@@ -39,6 +59,8 @@ def parsed(lines: Iterable[str], stage_names: tuple[str, ...]) -> Counted:
     """The solve's record. Raises SocError where its lines are missing."""
     stages: list[StageCount] = []
     verdicts: list[str] = []
+    within: list[StageCount] = []
+    places: list[Place] = []
     whole: tuple[int, int] | None = None
     for line in lines:
         kind, _, rest = line.partition(" ")
@@ -48,6 +70,9 @@ def parsed(lines: Iterable[str], stage_names: tuple[str, ...]) -> Counted:
         elif kind in {"put", "get", "load", "publish"}:
             runs, cycles = map(int, rest.split())
             stages.append(StageCount(kind, "link", runs, cycles))
+        elif kind in {"launch", "interrupt"}:
+            runs, cycles = map(int, rest.split())
+            within.append(StageCount(kind, "link", runs, cycles))
         elif kind == "segment":
             number, runs, cycles, pl_cycles = map(int, rest.split())
             name = stage_names[number - 1] if number <= len(stage_names) else "attempt"
@@ -55,8 +80,10 @@ def parsed(lines: Iterable[str], stage_names: tuple[str, ...]) -> Counted:
         elif kind == "solve":
             cycles, instructions = map(int, rest.split())
             whole = cycles, instructions
-        elif line.endswith(" bits"):
+        elif kind in STATUSES and line.lower().endswith(" bits"):
             verdicts.append(line)
+        elif found := _PLACE.fullmatch(line):
+            places.append(Place(PLACES[int(found[1])], (found[2], found[3])))
     if whole is None:
         raise SocError("the program ended before its first solve did")
-    return Counted(*whole, tuple(stages), tuple(verdicts))
+    return Counted(*whole, tuple(stages), tuple(verdicts), tuple(within), tuple(places))

@@ -7,9 +7,13 @@ import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from orbsoc.hw.schedules import Engine
 from orbsoc.rtl.validation import SEQUENCERS, Format, RtlError
+
+if TYPE_CHECKING:
+    from .faults import Fault
 
 REGISTERS, MEMORIES = 0x2000_0000, 0x3000_0000
 """Where the core sees the engine's two ports (rtl/soc/soc.sv)."""
@@ -22,14 +26,30 @@ class SocError(RtlError):
 
 
 @dataclass(frozen=True, slots=True)
+class Waveform:
+    """Wires of our RTL and the core's ports, from a clock of the core on, for `clocks`; an FST file, for GTKWave or Surfer."""
+
+    file: Path
+    first: int
+    clocks: int
+
+    @property
+    def arguments(self) -> list[str]:
+        """As the harness takes them."""
+        return [f"+trace={self.file}", f"+trace_from={self.first}", f"+trace_clocks={self.clocks}"]
+
+
+@dataclass(frozen=True, slots=True)
 class Machine:
     """An executable of the simulation."""
 
     harness: Path
 
     @classmethod
-    def built(cls, rtl: Path, engine: Engine | None, form: Format, code_lines: int) -> Machine:
-        """From the cache of rtl/build.sh, which takes minutes the first time. Raises SocError."""
+    def built(
+        cls, rtl: Path, engine: Engine | None, form: Format, code_lines: int, *, traced: bool = False
+    ) -> Machine:
+        """From the cache of rtl/build.sh, which takes minutes the first time. `traced`: it can write waveforms. Raises SocError."""
         parameters = dict(_SMALLEST)
         if engine is not None:
             parameters = {
@@ -38,22 +58,38 @@ class Machine:
                 "CODE_BITS": max(4, (code_lines - 1).bit_length()),
             }  # fmt: skip
         done = subprocess.run(
-            ["sh", rtl / "build.sh", "soc", *(f"-G{name}={value}" for name, value in parameters.items())],
+            ["sh", rtl / "build.sh", "soc_trace" if traced else "soc", *(f"-G{name}={value}" for name, value in parameters.items())],
             env=os.environ | {"ORBSOC_ROCKET": str(core_sources())}, capture_output=True, text=True, check=False,
         )  # fmt: skip
         if done.returncode != 0:
             raise SocError(f"the computer does not build: {done.stderr.strip()[-2000:]}")
         return cls(Path(done.stdout.strip().splitlines()[-1]))
 
-    def run(self, image: Path, *, ratio: float, latency: int, limit: int | None = None) -> Iterator[str]:
+    @staticmethod
+    def reset_clocks(ratio: float) -> int:
+        """Clocks of the core before its own counter starts (rtl/harness/soc.cpp)."""
+        return int(64 * ratio)
+
+    def run(
+        self,
+        image: Path,
+        *,
+        ratio: float,
+        latency: int,
+        limit: int = 0,
+        fault: Fault | None = None,
+        waveform: Waveform | None = None,
+    ) -> Iterator[str]:
         """The lines of the program's console, as they come. `ratio`: core clocks a clock of the engine, from 1; `latency` of
-        memory in core clocks; `limit` on core clocks. Raises SocError when the program fails or the limit is met."""
+        memory in core clocks; `limit` on core clocks, 0 for none. Raises SocError when the program fails or the limit is met."""
         command = [
             str(self.harness),
             f"+image={image}",
             repr(ratio),
             str(latency),
-            *([str(limit)] if limit else []),
+            str(limit),
+            *(fault.arguments if fault else []),
+            *(waveform.arguments if waveform else []),
         ]
         last = ""
         with subprocess.Popen(

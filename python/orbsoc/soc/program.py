@@ -26,6 +26,7 @@ FLAGS = (
     "-ffp-contract=off", "-fno-math-errno", "-Wl,--no-warn-rwx-segments",
 )  # fmt: skip
 """-fno-math-errno: `sqrt` is the core's instruction. No flag changes a bit."""
+_OF_THE_PL = ("dma.c", "device_counts.c", "interrupts.c")
 WRAPPED = ("orbsoc_run", "orbsoc_solve", "orbsoc_attach")
 
 
@@ -50,9 +51,14 @@ def compiled(
     partition: str | None,
     engine: Engine,
     form: Format = "compressed",
+    patience: int | None = None,
+    warm: bool = True,
+    events: bool = False,
 ) -> Program:
-    """The flight code for a problem with its self-test, compiled; kept in `cache`. Raises SocError without a compiler,
-    and what `export_c` raises."""
+    """The flight code for a problem with its self-test, compiled; kept in `cache`. `patience`: rounds of about 4000 clocks
+    that a launch may take, the driver's own by default. Without `warm`, the solve from a point nearby is left out.
+    With `events` it prints when each part ran.
+    Raises SocError without a compiler, and what `export_c` raises."""
     if shutil.which(COMPILER) is None:
         raise SocError(
             f"{COMPILER} is not installed: apt-get install gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
@@ -66,14 +72,21 @@ def compiled(
         sources = sorted(folder.glob("*.c")) + sorted(folder.glob("*/*.c"))
         board = [
             rtl / "soc" / "program" / name
-            for name in ("start.S", "console.c", "counts.c", *(("dma.c", "device_counts.c") if on_pl else ()))
+            for name in ("start.S", "traps.c", "console.c", "counts.c", *(_OF_THE_PL if on_pl else ()))
         ]
-        key = _digest([*sources, *sorted(folder.glob("**/*.h")), *board, rtl / "soc" / "program" / "link.ld"])
+        defines = [
+            f"-DORBSOC_FP={engine.fp}",
+            "-DORBSOC_SHORT_SELFTEST",
+            *([] if warm else ["-DORBSOC_COLD_SELFTEST"]),
+            *(["-DEVENTS"] if events else []),
+            *([f"-DPATIENCE={patience}u"] if patience and on_pl else []),
+        ]
+        script = rtl / "soc" / "program" / "link.ld"
+        headers = sorted((rtl / "soc" / "program").glob("*.h"))
+        key = _digest(defines, [*sources, *sorted(folder.glob("**/*.h")), *board, *headers, script])
         image = cache / f"program-{key}.hex"
         if not image.exists():
-            _compile(
-                folder, [*sources, *board], rtl / "soc" / "program" / "link.ld", engine.fp, image, on_pl=on_pl
-            )
+            linked(folder, [*sources, *board], script, defines, image, on_pl=on_pl)
         if not on_pl:
             return Program(image, key, None, form, 0)
         address_bits, lines = _sizes((folder / "pl_program.c").read_text(encoding="utf-8"))
@@ -89,19 +102,25 @@ def _sizes(source: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _digest(files: list[Path]) -> str:
-    digest = hashlib.sha256(" ".join((COMPILER, *FLAGS)).encode())
+def _digest(defines: list[str], files: list[Path]) -> str:
+    digest = hashlib.sha256(" ".join((COMPILER, *FLAGS, *defines)).encode())
     for file in files:
         digest.update(file.name.encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _compile(folder: Path, sources: list[Path], script: Path, fp: int, image: Path, *, on_pl: bool) -> None:
+def linked(
+    folder: Path, sources: list[Path], script: Path, defines: list[str], image: Path, *, on_pl: bool
+) -> None:
+    """The image of a program from its sources; intermediate files are in `folder`. Raises SocError."""
     binary = folder / "image.bin"
     elf = folder / "image.elf"
-    defines = [f"-DORBSOC_FP={fp}", "-DORBSOC_SHORT_SELFTEST"]
     if on_pl:
-        defines += [f"-DORBSOC_PL_REGISTERS=0x{REGISTERS:x}u", f"-DORBSOC_PL_MEMORIES=0x{MEMORIES:x}u"]
+        defines = [
+            *defines,
+            f"-DORBSOC_PL_REGISTERS=0x{REGISTERS:x}u",
+            f"-DORBSOC_PL_MEMORIES=0x{MEMORIES:x}u",
+        ]
     wraps = ",".join(f"--wrap={name}" for name in WRAPPED if on_pl or name != "orbsoc_attach")
     includes = [f"-I{folder / name}" for name in (".", "flight", "driver")]
     _run(

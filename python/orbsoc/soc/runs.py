@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from orbsoc import _core
@@ -13,6 +13,7 @@ from orbsoc.ps.segments import Method
 from orbsoc.rtl.validation import Format
 
 from .counted import Counted, parsed
+from .faults import PATIENCE_ROUNDS, Fault
 from .machine import Machine
 from .program import Program, compiled
 
@@ -39,33 +40,46 @@ def counted(
     engine: Engine,
     ratio: float,
     latency: int,
+    fault: Fault | None = None,
+    patience: int = PATIENCE_ROUNDS,
+    warm: bool = False,
     tell: Callable[[str], None] = lambda line: None,
     machine_of: Callable[[Program], Machine] | None = None,
 ) -> Counted:
-    """The problem's solve from cold, then from a point nearby, by its flight code; counts are of the first.
+    """The problem's solve from cold by its flight code, counted; then, with `warm`, one from a point nearby.
 
-    `partition`: None for the core alone. `tell` is called with a line on each step. `machine_of`: another way to a machine than
+    `partition`: None for the core alone. `patience`: rounds of a launch where there is a `fault`. `tell` is called with a line on each step. `machine_of`: another way to a machine than
     `Machine.built`, for a run of the core alone on one that has an engine. Raises SocError, and what exporting raises.
     """
     cache = cache_folder()
     tell("compile the program")
-    program = compiled(problem, None, rtl, cache, partition=partition, engine=engine, form=FORM)
+    program = compiled(
+        problem, None, rtl, cache, partition=partition, engine=engine, form=FORM,
+        patience=patience if fault else None, warm=warm,
+    )  # fmt: skip
     tell("build the computer, minutes the first time")
     machine = (
         machine_of(program) if machine_of else Machine.built(rtl, program.engine, FORM, program.code_lines)
     )
-    console = cache / f"run-{program.key}-{machine.harness.name}-{ratio:g}-{latency}.txt"
+    conditions = f"{ratio:g}-{latency}" + (f"-{str(fault).replace(':', '-')}" if fault else "")
+    console = cache / f"run-{program.key}-{machine.harness.name}-{conditions}.txt"
     if console.exists():
         tell("this run was simulated before")
         return parsed(console.read_text().splitlines(), stage_names())
-    lines = []
-    for line in machine.run(program.image, ratio=ratio, latency=latency):
-        if line.startswith("@"):
-            tell(f"simulated {int(line[1:]) / 1e6:.1f} million clocks of the core")
-        else:
-            lines.append(line)
+    lines = lines_of(machine.run(program.image, ratio=ratio, latency=latency, fault=fault), tell)
     found = parsed(lines, stage_names())
     temporary = console.with_suffix(f".{os.getpid()}")
     temporary.write_text("\n".join(lines) + "\n")
     temporary.replace(console)
     return found
+
+
+def lines_of(console: Iterable[str], tell: Callable[[str], None]) -> list[str]:
+    """What the program and the harness print, but for the lines on how far the run is, which are told."""
+    lines = []
+    for line in console:
+        if line.startswith("@"):
+            tell(f"simulated {int(line[1:]) / 1e6:.1f} million clocks of the core")
+        else:
+            lines.append(line)
+    return lines

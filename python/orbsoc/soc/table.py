@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from .counted import Counted, StageCount
@@ -39,17 +39,20 @@ def _total(runs: Sequence[Counted]) -> int:
     return sum(run.core_cycles for run in runs)
 
 
-def summed(runs: Sequence[Counted]) -> list[StageCount]:
-    """The parts of all runs by name and place, in the order of the first; last what is in no part."""
+def added(parts: Iterable[StageCount]) -> list[StageCount]:
+    """Sums by name and place, in the order of the first."""
     sums: dict[tuple[str, str], list[int]] = {}
-    for run in runs:
-        for part in run.stages:
-            row = sums.setdefault((part.name, part.where), [0, 0, 0, 0])
-            for k, value in enumerate((part.runs, part.core_cycles, part.instructions, part.pl_cycles)):
-                row[k] += value
-    rows = [StageCount(name, where, *row) for (name, where), row in sums.items()]
-    total = _total(runs)
-    rest = total - sum(row.core_cycles for row in rows)
+    for part in parts:
+        row = sums.setdefault((part.name, part.where), [0, 0, 0, 0])
+        for k, value in enumerate((part.runs, part.core_cycles, part.instructions, part.pl_cycles)):
+            row[k] += value
+    return [StageCount(name, where, *row) for (name, where), row in sums.items()]
+
+
+def summed(runs: Sequence[Counted]) -> list[StageCount]:
+    """The parts of all runs; last what is in no part."""
+    rows = added(part for run in runs for part in run.stages)
+    rest = _total(runs) - sum(row.core_cycles for row in rows)
     instructions = sum(run.instructions for run in runs) - sum(row.instructions for row in rows)
     return [*rows, StageCount(REST, "core", len(runs), rest, max(instructions, 0))]
 

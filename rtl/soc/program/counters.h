@@ -22,6 +22,14 @@ static inline void add(counters *sum, counters since) {
   sum->instructions += here.instructions - since.instructions;
 }
 
+/* With EVENTS, a line "event KIND NUMBER BEGIN END" a part, after the solve. Kinds: s stage, w launch to end on the PL, and the
+ * first letters of the link's: l load, p put, g get, b publish. */
+#ifdef EVENTS
+void note_event(char kind, uint32_t number, counters since);
+#else
+static inline void note_event(char kind, uint32_t number, counters since) { (void)kind, (void)number, (void)since; }
+#endif
+
 /* Lines of the parts on the PL and of the link; nothing in a program without a PL. */
 void print_device(void) __attribute__((weak));
 

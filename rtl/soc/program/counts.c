@@ -14,6 +14,32 @@
 static uint64_t runs[STAGES];
 static counters spent[STAGES];
 
+#ifdef EVENTS
+static struct {
+  uint64_t begin, end;
+  uint32_t number;
+  char kind;
+} events[16384];
+static uint32_t noted;
+
+void note_event(char kind, uint32_t number, counters since) {
+  if (noted == sizeof events / sizeof events[0]) return;
+  events[noted].begin = since.cycles;
+  events[noted].end = now().cycles;
+  events[noted].number = number;
+  events[noted].kind = kind;
+  noted += 1;
+}
+
+static void print_events(void) {
+  for (uint32_t k = 0; k < noted; ++k)
+    printf("event %c %u %llu %llu\n", events[k].kind, (unsigned)events[k].number, (unsigned long long)events[k].begin,
+           (unsigned long long)events[k].end);
+}
+#else
+static void print_events(void) {}
+#endif
+
 static void print(const counters *sum) {
   printf("%llu %llu\n", (unsigned long long)sum->cycles, (unsigned long long)sum->instructions);
 }
@@ -24,6 +50,7 @@ orbsoc_outcome __wrap_orbsoc_run(orbsoc_solver *solver, orbsoc_stage stage, int 
   const orbsoc_outcome outcome = __real_orbsoc_run(solver, stage, whole);
   add(&spent[stage], since);
   runs[stage] += 1;
+  note_event('s', (uint32_t)stage, since);
   return outcome;
 }
 
@@ -41,5 +68,6 @@ orbsoc_error __wrap_orbsoc_solve(orbsoc_solver *solver) {
   if (print_device) print_device();
   printf("solve ");
   print(&all);
+  print_events();
   return error;
 }

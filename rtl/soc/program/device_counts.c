@@ -1,18 +1,28 @@
 /* As counts.c, for what the device does: around the functions that the driver hands to the library, words by DMA where they can.
  *   load RUNS CYCLES, put …, get …, publish …          the link
  *   segment NUMBER RUNS CYCLES BUSY     from a launch to its end: core cycles, and clocks in which the engine was busy
+ *   launch RUNS CYCLES, interrupt RUNS CYCLES     of which, writing the registers of a launch, and the handler at its end
+ * The end of a launch comes by interrupt.
  */
 #include <stdio.h>
 
 #include "counters.h"
 #include "dma.h"
+#include "interrupts.h"
 #include "method.h"
 
 #define SEGMENTS 64
 #define ENGINE_CLOCKS (*(volatile uint64_t *)0x11000028)
+#define PL (*(volatile uint64_t *)0x11000030)
+#define RESETTING 1u
+#define RESET_READS 1000
+/* Looks of 1000 rounds at whether an interrupt came, about 4000 clocks each, that a launch may take. */
+#ifndef PATIENCE
+#define PATIENCE ORBSOC_PL_PATIENCE
+#endif
 
-enum { LOAD, PUT, GET, PUBLISH, LINKS };
-static const char *const names[LINKS] = {"load", "put", "get", "publish"};
+enum { LOAD, PUT, GET, PUBLISH, LAUNCH, LINKS };
+static const char *const names[LINKS] = {"load", "put", "get", "publish", "launch"};
 
 static orbsoc_device driver;
 static uint64_t runs[LINKS], launches[SEGMENTS], busy[SEGMENTS];
@@ -23,12 +33,20 @@ static uint32_t launched;
 static uint32_t done(int link, counters since, uint32_t code) {
   add(&spent[link], since);
   runs[link] += 1;
+  if (link != LAUNCH) note_event("lpgb"[link], 0, since);
   return code;
 }
 
 static uint32_t restart(void *context, uint32_t reload) {
   const counters since = now();
-  return done(LOAD, since, reload ? dma_load((orbsoc_pl_device *)context) : driver.restart(context, reload));
+  orbsoc_pl_device *device = (orbsoc_pl_device *)context;
+  if (reload == 0) return done(LOAD, since, driver.restart(context, reload));
+  /* Whatever has become of the PL: its reset, and its ports joined again. */
+  PL = 1;
+  for (int reads = 0; reads < RESET_READS && (PL & RESETTING) != 0; ++reads) {
+  }
+  interrupts_begin(device);
+  return done(LOAD, since, dma_load(device));
 }
 
 static uint32_t put(void *context, uint32_t buffer, const orbsoc_real *words) {
@@ -52,14 +70,18 @@ static uint32_t launch(void *context, uint32_t segment) {
   launched = segment;
   busy_before = ENGINE_CLOCKS;
   launched_at = now();
-  return driver.launch(context, segment);
+  return done(LAUNCH, launched_at, driver.launch(context, segment));
 }
 
 static uint32_t wait(void *context) {
-  const uint32_t code = driver.wait(context);
+  orbsoc_pl_device *device = (orbsoc_pl_device *)context;
+  orbsoc_pl_error found = orbsoc_pl_await(&device->pl, device->polls);
+  if (found == ORBSOC_PL_LOST_INTERRUPT) found = orbsoc_pl_await(&device->pl, device->polls); /* it was on its way */
+  const uint32_t code = found == ORBSOC_PL_LAUNCH_TIMEOUT ? ORBSOC_DEVICE_RUNS : (uint32_t)found;
   if (code != ORBSOC_DEVICE_RUNS) {
     add(&waited[launched], launched_at);
     launches[launched] += 1;
+    note_event('w', launched, launched_at);
     busy[launched] += ENGINE_CLOCKS - busy_before;
   }
   return code;
@@ -68,13 +90,14 @@ static uint32_t wait(void *context) {
 orbsoc_error __real_orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition *partition, const orbsoc_device *device);
 orbsoc_error __wrap_orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition *partition, const orbsoc_device *device) {
   driver = *device;
-  const orbsoc_device around = {device->context, device->patience, restart, put, get, publish, launch, wait, device->stop};
+  const orbsoc_device around = {device->context, PATIENCE, restart, put, get, publish, launch, wait, device->stop};
   return __real_orbsoc_attach(solver, partition, &around);
 }
 
 void print_device(void) {
   for (int k = 0; k < LINKS; ++k)
     if (runs[k]) printf("%s %llu %llu\n", names[k], (unsigned long long)runs[k], (unsigned long long)spent[k].cycles);
+  printf("interrupt %llu %llu\n", (unsigned long long)interrupts_taken, (unsigned long long)interrupts_spent.cycles);
   for (int k = 0; k < SEGMENTS; ++k)
     if (launches[k])
       printf("segment %d %llu %llu %llu\n", k, (unsigned long long)launches[k], (unsigned long long)waited[k].cycles,

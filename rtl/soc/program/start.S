@@ -1,4 +1,4 @@
-/* Reset to main: floating point on, round to nearest, the program's zeros; main's result is the exit code. */
+/* Reset to main: floating point on, round to nearest, traps to traps.c, the program's zeros; main's result is the exit code. */
   .section .text.init
   .globl _start
 _start:
@@ -6,6 +6,8 @@ _start:
   csrs mstatus, t0
   csrw fcsr, zero
   la sp, __stack_top
+  la t0, on_trap
+  csrw mtvec, t0
   la t0, __bss_start
   la t1, __bss_end
 1:

@@ -1,0 +1,63 @@
+"""Faults of the PL while the core runs the flight code: the right answer in time, and a place that says where from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from orbsoc.soc import program
+from orbsoc.soc.faults import Fault
+from orbsoc.soc.machine import SocError
+from tests.soc.computer import RTL, small_computer, small_counts
+
+PATIENCE = 100
+ROUND_CLOCKS = 5000
+"""More than a look at a launch takes."""
+EVENTS = {
+    "registers:300": "bus error",
+    "interrupt": "lost interrupt",
+    "reset:37": "bus error",
+    "endless": "no end within the patience",
+    "clock": "bus error",
+}
+
+
+@pytest.mark.parametrize(("fault", "event"), EVENTS.items())
+def test_the_core_alone_has_the_answer_in_time_where_a_fault_stays(fault: str, event: str) -> None:
+    found = small_counts("resident", fault=Fault.parsed(fault), patience=PATIENCE)
+    assert found.same_bits
+    (place,) = found.places
+    assert place.where == "core, after two tries on the PL"
+    assert place.events == (event, event)
+    clean = small_counts("resident", warm=True)
+    tries = 2 * (clean.core_cycles + PATIENCE * ROUND_CLOCKS)
+    assert found.core_cycles < tries + small_counts(None, warm=True).core_cycles
+
+
+@pytest.mark.parametrize(
+    ("fault", "event"),
+    [("memories:700:1", "bus error"), ("reset:37:1", "bus error"), ("clock:0:1", "bus error")],
+)
+def test_a_second_try_succeeds_where_a_fault_goes_away(fault: str, event: str) -> None:
+    found = small_counts("resident", fault=Fault.parsed(fault), patience=PATIENCE)
+    assert found.same_bits
+    (place,) = found.places
+    assert (place.where, place.events) == ("PL, second try", (event, "none"))
+
+
+def test_a_trap_that_is_no_interrupt_is_told_and_ends_the_program(tmp_path: Path) -> None:
+    machine = small_computer()
+    main = tmp_path / "main.c"
+    main.write_text("int main(void) { return *(volatile int *)0x4000; }\n")  # nothing is there
+    board = RTL / "soc" / "program"
+    sources = [main, *(board / name for name in ("start.S", "traps.c", "console.c"))]
+    program.linked(tmp_path, sources, board / "link.ld", [], tmp_path / "trap.hex", on_pl=False)
+    with pytest.raises(SocError, match=r"code 101; its last line: trap: cause 5 at 0x8.*, value 0x4000"):
+        list(machine.run(tmp_path / "trap.hex", ratio=1.0, latency=0, limit=200_000))
+
+
+@pytest.mark.parametrize("text", ["nonsense", "reset:x", "reset:1:2:3", "reset:-1", "reset:70000", ""])
+def test_a_fault_that_is_none_names_what_is_allowed(text: str) -> None:
+    with pytest.raises(SocError, match=r"allowed is KIND\[:SKIP\[:TIMES\]\]"):
+        Fault.parsed(text)
