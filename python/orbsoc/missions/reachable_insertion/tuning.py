@@ -22,6 +22,9 @@ GAIN = 10.0
 1e-10 leaves them 1e-4 rad apart between two solvers. Measured from the reference the cost tends to 0, its gap becomes absolute,
 and the scale sharpens it: |ΔL|/μ on rec1 and rec2 went from 5e-9 to 5e-10."""
 
+COLD_STEP = 1e-2
+"""Longest step of the flight of a cold start, canonical."""
+
 # laws that are flown onto the orbit: MISSIONS, "What made the difference"
 REACHED = 1e-8
 """Of the five conditions, within which a law shows the way."""
