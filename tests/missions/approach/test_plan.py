@@ -184,6 +184,14 @@ def test_safer_costs_more_and_never_less_than_the_bound() -> None:
     assert bound < costs[0]
 
 
+def test_drifts_that_grow_longer_lead_to_a_cheaper_plan_than_one_side_does() -> None:
+    plan = planned()
+    costs = {each.side: each.reference.cost for each in plan.attempts if each.found}
+    assert set(costs) == {"on the gate's side", "drift by drift"}
+    assert plan.cost == pytest.approx(min(costs.values()), rel=1e-6)
+    assert costs["drift by drift"] < 0.95 * costs["on the gate's side"]
+
+
 def test_without_keep_out_in_the_way_the_bound_is_met() -> None:
     """From 600 m on the V-bar, with a small sphere and no drifts asked for, nothing but convex conditions is left."""
     plan = approach.plan(

@@ -106,7 +106,7 @@ def _optimum(plan: Plan) -> VerdictLine | None:
         return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BOUND, words, class_, "dual objective", gap))
     count = len(plan.attempts)
     words = (
-        f"best of {count} side{'s' * (count != 1)}; without the keep-out at least {plan.lower_bound:.4f} m/s"
+        f"best of {count} start{'s' * (count != 1)}; without the keep-out at least {plan.lower_bound:.4f} m/s"
     )
     evidence = f"{len(plan.subproblems)} conic problems, dual objective of the last"
     return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, evidence, gap))

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
@@ -18,10 +19,12 @@ from .model.approach import Approach
 from .model.nearest import Search
 from .model.problem import assemble, at_nodes
 from .scenario import Scenario
-from .search.sequence import Attempt, attempt, cost_of, lower_bound, sides
+from .search.sequence import Attempt, attempt, cost_of, lengthened, lower_bound, sides
 from .verification.closed_loop import CorrectedFlights, fly_corrected
 from .verification.verify import Verification, verify
 
+WORTH_MORE = 1.03
+"""Of what the flight without the keep-out costs: a plan that costs no more is not sought from elsewhere."""
 COLUMNS = {"cost_m_s": Column("cost", ".6f", "m/s"), "broken_m": Column("broken by", ".1e", "m")}
 """Columns of the iteration table that are this mission's own."""
 
@@ -93,10 +96,10 @@ def plan_unflown(
                 why,
                 subproblems=(row,),
             )
-        attempts = _attempts(approach, used, callback)
+        attempts, free = _attempts(approach, used, callback)
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
-    solved = (row, *(each for attempt in attempts for each in attempt.subproblems))
+    solved = (row, free, *(each for attempt in attempts for each in attempt.subproblems))
     rows = tuple(replace(each, number=k) for k, each in enumerate(solved, 1))
     safe = [each for each in attempts if each.found]
     if not safe:
@@ -120,21 +123,26 @@ def plan_unflown(
 
 def _attempts(
     approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None
-) -> tuple[Attempt, ...]:
-    """The flight that knows no keep-out alone, where it is safe; otherwise one from each side, and then from that flight."""
-    ways = sides(approach)
+) -> tuple[tuple[Attempt, ...], Iteration]:
+    """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
+    also drift by drift, and if nothing is found from that flight. And the solve of that flight."""
     free = assemble(approach, at_nodes(approach), None)
-    solution = solve(free.builder.build())
-    if solution.status is Status.SOLVED:
-        broken = Search(approach).broken(free.programme(solution))
-        if not broken.instants.keep_out and broken.worst_m < np.inf:
-            return (attempt(approach, "as it comes", None, solve, callback),)
-    found = [
-        attempt(approach, name, side, solve, callback) for name, side in ways.items() if side is not None
-    ]
+    problem = free.builder.build()
+    solution = solve(problem, Settings(tol=1e-8))
+    row = Iteration(1, 1e-8, problem, solution)
+    if (
+        solution.status is Status.SOLVED
+        and not Search(approach).broken(free.programme(solution)).instants.keep_out
+    ):
+        return (attempt(approach, "as it comes", None, solve, callback),), row
+    ways = [(name, side) for name, side in sides(approach).items() if side is not None]
+    found = [attempt(approach, name, side, solve, callback) for name, side in ways]
+    best = min((each.reference.cost for each in found if each.found), default=np.inf)
+    if approach.circular and 0.0 < approach.horizon_s < np.inf and best > WORTH_MORE * solution.objective:
+        found.append(lengthened(approach, solve, callback))
     if not any(each.found for each in found):
         found.append(attempt(approach, "as it comes", None, solve, callback))
-    return tuple(found)
+    return tuple(found), row
 
 
 def _why(approach: Approach, row: Iteration) -> str:

@@ -44,6 +44,8 @@ class Approach:
     start: Array
     times_s: Array
     axes_m: Array
+    share: float = 1.0
+    """Of the drifts' horizon: less on the way to a plan."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
@@ -97,7 +99,7 @@ class Approach:
     def horizon_s(self) -> float:
         """For how long a drift stays out; infinite for all time."""
         safety = self.scenario.safety
-        return inf if safety.all_time else safety.orbits * self.period_s
+        return inf if safety.all_time else self.share * safety.orbits * self.period_s
 
     def instants(self, first_s: float, last_s: float, each: int = 1) -> Array:
         """Every `each`-th instant of the common grid within a span, and its ends."""

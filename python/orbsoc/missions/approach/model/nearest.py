@@ -15,7 +15,7 @@ from .approach import Approach
 from .problem import Instant, Instants, flown
 
 EACH = 3
-"""One of so many of the common instants is looked at in a drift before the nearest is refined."""
+"""Of the common instants each third is looked at in a drift before the nearest is refined."""
 AN_ARC = 24
 """Intervals of an arc."""
 NEAR_M = 80.0

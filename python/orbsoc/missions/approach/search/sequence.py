@@ -26,6 +26,9 @@ RULES = Rules(
     usable_residual=1e-5, final_residual=1e-6,
 )  # fmt: skip
 """A step is the relative change of the cost of safe flights; a flight that breaks a condition counts as a step of 1."""
+SHORT = replace(RULES, max_iterations=20, step_tol=5e-3)
+SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""Of the drifts' horizon, by which they grow."""
 SAFE_M = 1.5e-3
 """By which a safe flight may break a condition; the rows ask for `ROOM_M` more than the scenario."""
 
@@ -81,15 +84,17 @@ def attempt(
     side: Array | None,
     solve: Solve,
     callback: Callable[[Iteration], None] | None,
+    start: ImpulseProgramme | None = None,
+    rules: Rules = RULES,
 ) -> Attempt:
-    """The sequence that begins on a side, or without one with planes about the flight that knows no keep-out."""
+    """The sequence that begins on a side, or without one with planes about `start`, or the flight that knows no keep-out."""
     search = Search(approach)
     built: list[Impulses] = []
     # for all time: seen along the track, drifts that do not come back in a revolution must not later
     away = side if np.isinf(approach.horizon_s) and side is not None and abs(side[1]) > 0.5 else None
 
     def linearise(reference: Reference) -> Subproblem[Reference]:
-        about = reference.safe or (reference.last if side is None else None)
+        about = reference.safe or start or (reference.last if side is None else None)
         after = None if about is None else flown(approach, about)
         normal = side if reference.safe is None else None
         impulses = assemble(approach, reference.instants, after, about, normal, away)
@@ -118,11 +123,38 @@ def attempt(
         return Subproblem(impulses.builder.build(), read)
 
     first = Reference(None, at_nodes(approach))
-    outcome = sequential_convex(first, linearise, solve=solve, rules=RULES, callback=callback)
+    if start is not None:
+        first = replace(first, instants=first.instants.with_more(search.broken(start).instants))
+    outcome = sequential_convex(first, linearise, solve=solve, rules=rules, callback=callback)
     why = ""
     if outcome.reason is ExitReason.SUBPROBLEM_INFEASIBLE:
         why = built[-1].builder.why(outcome.iterations[-1].solution)
     return Attempt(name, outcome.reason, outcome.message, outcome.iterate, outcome.iterations, why)
+
+
+def lengthened(approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None) -> Attempt:
+    """Sequences in a row, each with drifts that are looked at for longer, about the safe flight of the one before.
+
+    At first no drift reaches the keep-out. It ends with the first sequence that finds nothing safe.
+    """
+    start: ImpulseProgramme | None = None
+    solved: list[Iteration] = []
+    for share in SHARES:
+        found = attempt(
+            replace(approach, share=share),
+            "drift by drift",
+            None,
+            solve,
+            callback,
+            start,
+            SHORT if share < 1.0 else RULES,
+        )
+        solved += found.subproblems
+        start = found.reference.safe
+        if start is None or found.reason is not ExitReason.CONVERGED:
+            found = replace(found, reference=replace(found.reference, safe=None))
+            break
+    return replace(found, subproblems=tuple(solved))
 
 
 def lower_bound(approach: Approach, instants: Instants, solve: Solve) -> tuple[float | None, Iteration]:

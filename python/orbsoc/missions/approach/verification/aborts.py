@@ -22,9 +22,9 @@ SIZES = 12
 STEPS = 6
 """From one size to the next, that are looked at once a size will do."""
 EACH = 2
-"""One of so many of the common instants ends a chord on which a drift is judged."""
+"""Of the common instants each second ends a chord on which a drift is judged."""
 COARSE = 6
-"""Of these, one of so many is looked at for each impulse of the grid, from the first quarter of an orbit on."""
+"""Of these, each sixth is looked at for each impulse of the grid, from the first quarter of an orbit on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
