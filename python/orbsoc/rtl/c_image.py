@@ -46,6 +46,8 @@ def c_source(
     width = _code_width(program.engine, form)
     pieces = [piece for line in image.microcode for piece in _pieces(int(line, 16), width)]
     addresses, literals = image.literals
+    order = addresses.argsort()  # the map that they come from has none
+    addresses, literals = addresses[order], literals[order]
     instructions = list(control_words(image, method, control)) if control else []
     numbered = sorted(_segments(method, control), key=lambda each: each.number)
     parts = [
