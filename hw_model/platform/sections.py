@@ -75,7 +75,7 @@ class Ps(Section):
 
     `price`: a stage takes its flops at "flop_per_cycle", or its "executed_instructions" (timing/instructions.py), of which
     this core needs `instruction_factor` times as many as `instruction_record` has, at `cycles_per_instruction`; and waits of
-    `_stall_cycles` for each multiply-add, each other operation, and each word of the buffers that the stage touches.
+    `_stall_cycles` for each multiply-add in a chain, each other operation, and each word of the buffers that the stage touches.
 
     `build_flops_per_nonzero`: what generating a subproblem's matrices costs, per KKT nonzero. When a stage runs on
     n cores (`runtime.cores_used`), `parallel_fraction` of it is divided by n, and `fork_join_us` is added.

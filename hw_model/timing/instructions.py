@@ -58,8 +58,8 @@ class InstructionLaw:
     measured: tuple[Measured, ...]
 
     def instructions(self, name: str, pattern: Pattern) -> float:
-        """Of one run of a stage."""
-        by_law = summed(self.costs[name], features(pattern.stages[name], pattern))
+        """Of one run of a stage; "NAME, spared" where a core leaves out of it what no decision needs."""
+        by_law = summed(self.costs[name], features(pattern.stages[name.partition(",")[0]], pattern))
         here = place(pattern)
         weight = correction = 0.0
         for known in self.measured:

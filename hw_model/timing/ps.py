@@ -65,17 +65,31 @@ def run_cycles(name: str, pattern: Pattern, ps: Ps, datapath: Datapath) -> int:
     if ps.price.value == "flop_per_cycle" or not counted:
         return stage_cycles(pattern.stage(name), ps, datapath)
     executed = math.fsum(law.instructions(stage, pattern) for stage in names)
-    per_instruction = ps.instruction_factor.value * ps.cycles_per_instruction.value
-    stage = pattern.stage(name)
-    waits = _waits(stage, pattern, ps)
-    return math.ceil(executed * per_instruction + waits) + _slow_cycles(stage, ps, datapath)
+    return cycles_of(executed * ps.instruction_factor.value, name, pattern, ps, datapath)
 
 
-def _waits(stage: Stage, pattern: Pattern, ps: Ps) -> float:
+def cycles_of(
+    instructions: float, name: str, pattern: Pattern, ps: Ps, datapath: Datapath, *, share: float = 1.0
+) -> int:
+    """PS clock cycles of one run of a stage that takes so many of the core's own instructions, `share` of its operations done."""
+    waits = share * _waits(name, pattern, ps)
+    slow = _slow_cycles(pattern.stage(name), ps, datapath)
+    return math.ceil(instructions * ps.cycles_per_instruction.value + waits) + slow
+
+
+def chained(name: str, stage: Stage) -> float:
+    """Multiply-adds that wait for the one before: those of a factorization's tiles do not, of two sides each second one does."""
+    if stage.module == "factorization":
+        return 0.0
+    return stage.count("mul_add", "mul_sub") / (2.0 if name.endswith("_pair") else 1.0)
+
+
+def _waits(name: str, pattern: Pattern, ps: Ps) -> float:
     """Cycles in which a core with figures of its own waits for operations' results and for words."""
+    stage = pattern.stage(name)
     return math.fsum(
         (
-            stage.count("mul_add", "mul_sub") * ps.multiply_add_stall_cycles.value,
+            chained(name, stage) * ps.multiply_add_stall_cycles.value,
             stage.count(*ALONE) * ps.operation_stall_cycles.value,
             words_of(stage, pattern) * ps.word_stall_cycles.value,
         )
