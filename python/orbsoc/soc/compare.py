@@ -35,6 +35,8 @@ DEVICE = "rocket_soc"
 NEEDS_RESIDUAL = 1
 """Place in the buffer `control` (flight/layout.h)."""
 LINK, LOAD = "link", "load"
+LATENCY = 20
+"""Clocks of memory that `rocket_soc` is of."""
 
 
 @dataclass(frozen=True, slots=True)
