@@ -55,7 +55,19 @@ COMPILED = ("-O3", "-march=rv64gc", "-mabi=lp64d", "-ffp-contract=off", "-fno-ma
 LIBRARY = Path("/usr/lib/picolibc/riscv64-unknown-elf/lib/rv64imafdc/lp64d/libc.a")
 COPIES = ("memcpy-asm.S.o", "memcpy.c.o", "memmove.S.o", "memmove-stub.c.o", "memset.S.o")
 """Of the chip's library, linked before that of Linux, so that copies take the same instructions."""
-CHARGED = ("run", "multiply_add", "mul", "add", "sub", "div_sqrt", "other", "words", "unknowns", "nonzeros_kkt", "stored_l")
+CHARGED = (
+    "run",
+    "multiply_add",
+    "mul",
+    "add",
+    "sub",
+    "div_sqrt",
+    "other",
+    "words",
+    "unknowns",
+    "nonzeros_kkt",
+    "stored_l",
+)
 """What a stage's law may charge for."""
 SPARED = ("solve_pair", "solve_kkt")
 """Stages that the core runs without a residual where no decision needs it: "NAME, spared"."""
@@ -121,7 +133,9 @@ def pattern_of(name: str) -> Pattern:
     return parse_trace(scheduler.trace).patterns[0]
 
 
-def fitted(rows: list[Row], counts: dict[str, dict[str, float]], patterns: dict[str, Pattern]) -> dict[str, Any]:
+def fitted(
+    rows: list[Row], counts: dict[str, dict[str, float]], patterns: dict[str, Pattern]
+) -> dict[str, Any]:
     """Per stage the costs in instructions; of the rest the costs in clocks; and what an instruction and waits cost."""
     stages = sorted({stage for found in counts.values() for stage in found})
     costs = {
@@ -137,7 +151,11 @@ def fitted(rows: list[Row], counts: dict[str, dict[str, float]], patterns: dict[
             stage = patterns[row.name].stages.get(name)
             if stage is not None:
                 each = instructions / runs
-                part = min(1.0, each / summed(costs[name], charges(name, patterns[row.name]))) if name in SPARED else 1.0
+                part = (
+                    min(1.0, each / summed(costs[name], charges(name, patterns[row.name])))
+                    if name in SPARED
+                    else 1.0
+                )
                 waits = (
                     chained(name, stage), stage.count(*ALONE), words_of(stage, patterns[row.name]),
                     stage.count("div", "sqrt"),
@@ -165,7 +183,9 @@ def of_rest(pattern: Pattern) -> dict[str, float]:
 
 def _costs(known: list[tuple[dict[str, float], float]]) -> dict[str, float]:
     """None negative, with the least squares of the relative errors."""
-    table = np.array([list(charge.values()) for charge, _ in known], float) / np.array([[y] for _, y in known])
+    table = np.array([list(charge.values()) for charge, _ in known], float) / np.array(
+        [[y] for _, y in known]
+    )
     scale = np.maximum(table.max(axis=0), 1e-12)
     cost = nnls(table / scale, np.ones(len(known)), maxiter=20_000)[0] / scale
     return {name: float(f"{c:.4g}") for name, c in zip(known[0][0], cost, strict=True) if c > 0.0}
@@ -190,14 +210,20 @@ def write(rows: list[Row], counts: dict[str, dict[str, float]]) -> dict[str, Any
             for stage, costs in law["costs"].items()
             if stage in found
         }
-        measured.append({"name": name, "place": [round(x, 4) for x in place(patterns[name])], "logarithms": logarithms})
+        measured.append(
+            {"name": name, "place": [round(x, 4) for x in place(patterns[name])], "logarithms": logarithms}
+        )
     record: dict[str, Any] = {
         "schema": SCHEMA, "core": "Rocket RV64GC", "emulator": f"qemu-riscv64, and the chip in RTL with memory of {LATENCY} clocks",
         "compiler": "gcc -O3", "commit": "of this record", "command": "python -m scripts.record_rocket", **law,
     }  # fmt: skip
     lines = [f'"{key}": {json.dumps(value)}' for key, value in record.items()]
     for key, table in (("counted", {row.name: row.stages for row in rows}), ("executed", counts)):
-        lines.append(f'"{key}": {{\n' + ",\n".join(f'"{name}": {json.dumps(row)}' for name, row in table.items()) + "\n}")
+        lines.append(
+            f'"{key}": {{\n'
+            + ",\n".join(f'"{name}": {json.dumps(row)}' for name, row in table.items())
+            + "\n}"
+        )
     lines.append('"measured": [\n' + ",\n".join(map(json.dumps, measured)) + "\n]")
     RECORD.write_text("{" + ",\n".join(lines) + "}\n", encoding="utf-8")
     return law

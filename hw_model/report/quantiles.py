@@ -32,7 +32,9 @@ def drawn(platform: Platform, source: random.Random) -> Platform:
     moved: dict[str, Any] = {}
     for name in SECTIONS:
         section = getattr(platform, name)
-        update = {key: row.model_copy(update={"value": _draw(row, source)}) for key, row in section.own_parameters()}
+        update = {
+            key: row.model_copy(update={"value": _draw(row, source)}) for key, row in section.own_parameters()
+        }
         moved[name] = section.model_copy(update=update)
     return platform.model_copy(update=moved)
 

@@ -52,7 +52,9 @@ def test_an_emulator_executes_the_chips_instructions() -> None:
 
 @pytest.mark.parametrize("row", HELD_OUT, ids=lambda row: f"{row['scenario']}-{row['partition']}")
 def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict[str, Any]) -> None:
-    run = Counted(row["core_cycles"], row["instructions"], tuple(StageCount(*stage) for stage in row["stages"]))
+    run = Counted(
+        row["core_cycles"], row["instructions"], tuple(StageCount(*stage) for stage in row["stages"])
+    )
     problem = problems_of(SCENARIOS / f"{row['scenario']}.toml")[0]
     *parts, whole = pairs([run], [problem], row["partition"], Engine(lanes=4, banks=16), row["ratio"])
     assert abs(whole.error) <= 0.10

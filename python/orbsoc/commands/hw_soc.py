@@ -45,7 +45,8 @@ def soc(
         typer.Option(help="which solves of the workload: `first`, `all`, or their numbers from 1, as 1,3"),
     ] = "first",
     modelled: Annotated[
-        bool, typer.Option("--modelled", help="what the model of this chip says of the same runs, beside them")
+        bool,
+        typer.Option("--modelled", help="what the model of this chip says of the same runs, beside them"),
     ] = False,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
@@ -126,7 +127,12 @@ def _modelled(
 
     if latency != LATENCY:
         return ["", f"Modelled  nothing: the model is of --latency {LATENCY}, not {latency}"]
-    lines = ["", *lines_of(pairs(compared.alone, problems, None, engine, ratio), "core alone, modelled beside counted")]
+    lines = [
+        "",
+        *lines_of(
+            pairs(compared.alone, problems, None, engine, ratio), "core alone, modelled beside counted"
+        ),
+    ]
     if compared.split and load_partition(partition).control == "pl":
         rows = pairs(compared.split, problems, partition, engine, ratio)
         lines += ["", *lines_of(rows, f"partition {partition}, modelled beside counted")]

@@ -83,7 +83,12 @@ class Tools:
 
 
 def counted(
-    folder: Path, problems: Sequence[Problem], settings: Settings, fp: int, mode: str, tools: Tools | None = None
+    folder: Path,
+    problems: Sequence[Problem],
+    settings: Settings,
+    fp: int,
+    mode: str,
+    tools: Tools | None = None,
 ) -> Counted:
     """Count the `stages`, the `spared` ones, the `solves` or the `worst` attempt of data sets of one pattern; `folder` is for what
     is made on the way.
@@ -107,7 +112,9 @@ def counted(
     sources = [str(path) for path in (*sorted(folder.glob("*.c")), here / "count_stages.c")]
     _run([tools.compiler, *tools.options, *macros, *sources, "-lm", "-o", str(program)])
     _run(["gcc", "-shared", "-fPIC", "-O2", str(here / "count_instructions.c"), "-o", str(plugin)])
-    told = _run([tools.emulator, "-plugin", f"{plugin},out={marks}", str(program), mode, str(folder / "data")])
+    told = _run(
+        [tools.emulator, "-plugin", f"{plugin},out={marks}", str(program), mode, str(folder / "data")]
+    )
     outcomes = [tuple(map(int, line.split()[:3])) for line in told.splitlines()]
     return Counted(_between(marks.read_text().splitlines()), outcomes)  # type: ignore[arg-type]
 

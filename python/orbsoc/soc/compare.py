@@ -129,10 +129,15 @@ def _shares(problem: Problem, trace: Trace) -> dict[str, float]:
     native, spared = engine_of(problem, Settings()), Counter[str]()
     events = trace.solves[0].events
     for name, _ in events:
-        spared[name] += int(f"{name}, spared" in law.costs and native.buffer("control")[NEEDS_RESIDUAL] == 0.0)
+        spared[name] += int(
+            f"{name}, spared" in law.costs and native.buffer("control")[NEEDS_RESIDUAL] == 0.0
+        )
         native.run(name)
     runs = Counter(name for name, _ in events)
-    left = {name: law.instructions(f"{name}, spared", pattern) / law.instructions(name, pattern) for name in +spared}
+    left = {
+        name: law.instructions(f"{name}, spared", pattern) / law.instructions(name, pattern)
+        for name in +spared
+    }
     return {name: 1.0 - max(0.0, 1.0 - left[name]) * spared[name] / runs[name] for name in left}
 
 

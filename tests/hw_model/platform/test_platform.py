@@ -309,7 +309,7 @@ def entry(value: str, tag: str = "assumed", rest: str = "") -> str:
         ({"ps_div_f64_cycles": entry("-1")}, r"`ps\.div_f64_cycles\.value` = -1"),
         (
             {"pl_lanes": entry("2", tag="guessed")},
-            r"`pl\.lanes\.tag` = 'guessed': .*'sourced', 'measured', 'routed', 'executed', 'scaled' or 'assumed'",
+            r"`pl\.lanes\.tag` = 'guessed': .*'sourced', 'measured', 'routed', 'executed', 'counted', 'scaled' or 'assumed'",
         ),
         ({"pl_lanes": '{ value = 2, tag = "assumed" }'}, r"`pl\.lanes\.source` is missing"),
         ({"pl_lanes": '{ value = 2, tag = "assumed", source = "" }'}, r"`pl\.lanes\.source` = ''"),
@@ -378,7 +378,7 @@ def test_a_bad_file_is_refused_by_name(tmp_path: Path, old: str, new: str, says:
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    known = "fmql45t900, k26, mpfs250t, ng_ultra, vc1902, xc7z020, xc7z045, zu7ev, zu9eg"
+    known = "fmql45t900, k26, mpfs250t, ng_ultra, rocket_soc, vc1902, xc7z020, xc7z045, zu7ev, zu9eg"
     with pytest.raises(PlatformError, match=f"platform 'zu9' is not known; known: {known}, or the path"):
         load_platform("zu9")
 

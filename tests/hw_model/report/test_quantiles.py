@@ -27,7 +27,11 @@ def test_a_draw_lies_in_every_band_and_moves_nothing_else() -> None:
 
 
 def test_quantiles_lie_within_the_corners_and_are_narrower() -> None:
-    trace, platform, partition = parse_trace(synthetic_trace(iterations=3, solves=1)), load_platform("zu9eg"), load_partition("paper")
+    trace, platform, partition = (
+        parse_trace(synthetic_trace(iterations=3, solves=1)),
+        load_platform("zu9eg"),
+        load_partition("paper"),
+    )
     corners = speedup(trace, platform, partition).speedup
     found = speedup_quantiles(trace, platform, partition, draws=200)
     assert corners.low < found.low < found.nominal < found.high < corners.high
@@ -35,7 +39,11 @@ def test_quantiles_lie_within_the_corners_and_are_narrower() -> None:
 
 
 def test_without_a_band_there_is_one_quantile_less_to_draw() -> None:
-    trace, platform, partition = parse_trace(synthetic_trace(iterations=3, solves=1)), load_platform("zu9eg"), load_partition("paper")
+    trace, platform, partition = (
+        parse_trace(synthetic_trace(iterations=3, solves=1)),
+        load_platform("zu9eg"),
+        load_partition("paper"),
+    )
     fixed = platform.with_value("pl.clock_mhz", 211.0)
     wide, narrow = (speedup_quantiles(trace, each, partition, draws=200) for each in (platform, fixed))
     assert narrow.high / narrow.low < wide.high / wide.low

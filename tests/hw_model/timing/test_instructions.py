@@ -80,7 +80,9 @@ def test_a_core_has_the_cycles_that_its_pipeline_model_says(core: str) -> None:
     halfway = geometric_mean([model["issue"], model["repeated"]])
     assert cycles.high == pytest.approx(model["once"], abs=0.006)
     if core == "Cortex-R52":  # in order, as the core that was counted in RTL
-        assert (cycles.low, cycles.value) == pytest.approx((halfway, geometric_mean([halfway, model["once"]])), abs=0.006)
+        assert (cycles.low, cycles.value) == pytest.approx(
+            (halfway, geometric_mean([halfway, model["once"]])), abs=0.006
+        )
     else:
         assert (cycles.low, cycles.value) == pytest.approx((model["issue"], halfway), abs=0.006)
 
