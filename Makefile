@@ -11,7 +11,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 # Everything the wheel is made of. Stamps live in $(VENV), so that removing it starts afresh.
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md LICENSE rust-toolchain.toml scripts/build_wheel.sh \
-           $(wildcard rtl/*.svh flight/*) \
+           $(wildcard rtl/*.svh flight/* flight/missions/*) \
            $(shell find rust python hw_model -type f -not -path '*/__pycache__/*' -not -name '*.so' \
                    -not -path 'rust/*/tests/*' -not -path 'rust/*/benches/*')
 READY     := $(VENV)/build-tools.stamp
@@ -110,7 +110,7 @@ $(ROUTING): requirements/route.txt $(RUNTIME)
 	$(PIP) install -r $<
 	@touch $@
 
-$(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh flight/*) | $(READY)
+$(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh flight/* flight/missions/*) | $(READY)
 	cargo build --profile $(PROFILE) --locked -p orbsoc-py --features extension-module
 	install target/$(PROFILE)/lib_core.so $@
 

@@ -12,7 +12,7 @@ static uint32_t add_byte(uint32_t crc, uint32_t byte) {
   return crc;
 }
 
-static uint32_t add_word(uint32_t crc, uint32_t word) {
+uint32_t orbsoc_crc_word(uint32_t crc, uint32_t word) {
   for (uint32_t byte = 0; byte < 4u; byte++) { crc = add_byte(crc, (word >> (8u * byte)) & 0xffu); }
   return crc;
 }
@@ -65,7 +65,9 @@ uint32_t orbsoc_size_checksum(const orbsoc_pattern *p) {
                             p->panel_entries, p->scratch, p->work_words, p->number_words,
                             p->soc_words, p->targets};
   uint32_t crc = 0xffffffffu;
-  for (size_t k = 0; k < sizeof(sizes) / sizeof(sizes[0]); k++) { crc = add_word(crc, sizes[k]); }
+  for (size_t k = 0; k < sizeof(sizes) / sizeof(sizes[0]); k++) {
+    crc = orbsoc_crc_word(crc, sizes[k]);
+  }
   return crc ^ 0xffffffffu;
 }
 

@@ -111,11 +111,14 @@ orbsoc_keep orbsoc_judge(const orbsoc_real *stats, const orbsoc_real *homogenize
   w[WORD_PRIMAL_RADIUS] = pick(keep.primal, radius_p, w[WORD_PRIMAL_RADIUS]);
   w[WORD_DUAL_RADIUS] = pick(keep.dual, radius_d, w[WORD_DUAL_RADIUS]);
 
-  const orbsoc_real progress = progressed(stats, going, either(keep.primal, keep.dual), w);
+  /* A larger radius is progress, but not where the embedding is clear. */
+  const int clear = tau * real(EMBEDDING_CONCLUSIVE) < kappa;
+  const orbsoc_real larger_radius = clear ? 0 : either(keep.primal, keep.dual);
+  const orbsoc_real progress = progressed(stats, going, larger_radius, w);
   w[WORD_STALLED_ITERATIONS] = pick(progress, 0, w[WORD_STALLED_ITERATIONS] + 1);
   const orbsoc_real met_before = w[WORD_MET];
   w[WORD_MET] = at_most(w[WORD_BEST], w[WORD_TOLERANCE_MET]);
-  w[WORD_STOP] = reason_of(finite, met_before, tau * real(EMBEDDING_CONCLUSIVE) < kappa, w);
+  w[WORD_STOP] = reason_of(finite, met_before, clear, w);
   return keep;
 }
 

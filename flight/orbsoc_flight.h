@@ -347,6 +347,9 @@ orbsoc_error orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition *partit
 uint32_t orbsoc_size_checksum(const orbsoc_pattern *pattern);
 uint32_t orbsoc_checksum(const orbsoc_pattern *pattern);
 
+/* A word more in a CRC-32 that is not complemented yet. */
+uint32_t orbsoc_crc_word(uint32_t crc, uint32_t word);
+
 /* The name of a status, as in other languages and in files. */
 const char *orbsoc_status_name(orbsoc_status status);
 

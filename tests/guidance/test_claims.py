@@ -13,7 +13,7 @@ from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 from orbsoc.missions.registry import MISSIONS
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
-CLAIMING = ("fly_around", "passive_safety", "phasing", "reachable_insertion")
+CLAIMING = ("approach", "fly_around", "passive_safety", "phasing", "reachable_insertion")
 """Missions whose verdicts carry claims."""
 SHIPPED = sorted(
     path for path in SCENARIOS.glob("*.toml") if read_toml(path).get("mission") in CLAIMING

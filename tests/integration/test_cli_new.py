@@ -83,7 +83,10 @@ def test_a_default_behind_a_number_sign_is_the_one_that_holds(mission: str) -> N
     found = list(defaults(text))
     assert len(found) >= 3
     for table, key, value in found:
-        assert (document[table] if table else document)[key] == value, f"{table}.{key}"
+        here = document
+        for name in filter(None, (table or "").split(".")):
+            here = here[name]
+        assert here[key] == value, f"{table}.{key}"
 
 
 def test_a_scenario_that_exists_stays_as_it_is() -> None:

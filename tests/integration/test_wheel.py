@@ -153,6 +153,7 @@ def test_the_source_distribution_holds_what_a_build_needs(sdist: Path) -> None:
     parameters = {PurePosixPath("rtl") / path.name for path in (ROOT / "rtl").glob("*.svh")}
     driver = {PurePosixPath("rtl/driver") / path.name for path in (ROOT / "rtl" / "driver").iterdir()}
     library = {PurePosixPath("flight") / path.name for path in (ROOT / "flight").glob("*.[ch]")}
+    library |= {PurePosixPath("flight/missions") / path.name for path in (ROOT / "flight/missions").iterdir()}
     assert here | rust | manifests | parameters | driver | library <= names
     foreign = [name for name in names if name.suffix in (".pyc", ".so") or name.parts[0] in ("tests", "rtl")]
     assert set(foreign) == parameters | driver

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from orbsoc.commands.app import app
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
-MISSIONS = "reachable_domain, reachable_insertion, passive_safety, fly_around, phasing, platform_launch"
+MISSIONS = "reachable_domain, reachable_insertion, passive_safety, fly_around, phasing, platform_launch, approach"
 DEVICES = "fmql45t900, k26, mpfs250t, ng_ultra, vc1902, xc7z020, xc7z045, zu7ev, zu9eg"
 PARTITIONS = "all_ps, factor_only, paper, paper_streams, resident"
 
@@ -42,7 +42,7 @@ WRONG = [
     ("plan rec1.toml --problem min_tim", "'min_time' or 'max_energy'"),
     ("plan rec1.toml --seed 1", "--cases N"),
     ("plan rec1.toml --cases 2 --device none", "name one, or leave it out"),
-    ("plan rec1.toml --impulses no.csv", "passive_safety, fly_around, phasing"),
+    ("plan rec1.toml --impulses no.csv", "passive_safety, fly_around, phasing, approach"),
     ("plan rec1.toml --set method.nodes", "KEY=VALUE"),
     # keys of scenarios
     ("plan rec1.toml --set method.node=12", "max_iterations, max_nodes, nodes, slack_weight", "nodes?"),

@@ -20,6 +20,7 @@ LEVELS = {
     "verification": 1,
     "dispersion": 2,
     "planner": 3,
+    "on_board": 3,
     "paper": 4,
     "figures": 4,
     "record": 5,
@@ -27,7 +28,7 @@ LEVELS = {
     "plan": 6,
 }
 """Names of files and packages, and how high they stand: none imports from above itself. A search may fly what it finds."""
-OWN = {"reachable_insertion": {"targets", "starts", "tuning", "two_burns"}}
+OWN = {"reachable_insertion": {"targets", "starts", "tuning", "two_burns", "on_board"}}
 """Names that one mission alone has."""
 
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from orbsoc.conic.problem import Problem
 
 app = typer.Typer(help="Programs for other machines.", no_args_is_help=True, rich_markup_mode=None)
-MISSIONS = ("reachable_insertion",)
-"""Missions of which all subproblems share a pattern that has a program in C."""
 
 
 @app.callback()
@@ -59,11 +57,17 @@ def c(
 
     with exit_handling(False, interrupted="interrupted; nothing was written"):
         check_place(out)
-        problem = _subproblem(source) if source.suffix == ".toml" else _stated(source)
+        problem, whole, without = (
+            _of_scenario(source, fp) if source.suffix == ".toml" else (_stated(source), None, "")
+        )
         options = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
-        options |= {"instructions": instructions}
+        options |= {"instructions": instructions, "mission": whole}
         written = export_c(problem, out, fp=fp, **options)
     typer.echo(f"{len(written)} files written to {out}; README.md has the line that builds the self-test")
+    if whole is not None:
+        typer.echo("the whole mission is among them: mission.h, flight/missions and mission_selftest.c")
+    elif without:
+        typer.echo(f"the solves alone, without the whole mission; {without}")
 
 
 def _engine(text: str) -> Any:
@@ -101,22 +105,36 @@ def _stated(path: Path) -> Problem:
     return Problem.load(path)
 
 
-def _subproblem(path: Path) -> Problem:
-    """The first subproblem of a scenario, whose pattern all others of it share."""
+def _of_scenario(path: Path, fp: int) -> tuple[Problem, Any, str]:
+    """The first subproblem of a scenario, whose pattern all others of it share, and its whole mission, or why it has none."""
     from orbsoc.conic.pattern import pattern_digest
     from orbsoc.flight import FlightError
+    from orbsoc.guidance.mission import NotOnBoard, OnBoard
+    from orbsoc.guidance.scp import uninterrupted
     from orbsoc.hw.workload import subproblems
-    from orbsoc.missions.registry import load_scenario
+    from orbsoc.missions.registry import MISSIONS, load_scenario
 
     mission, scenario = load_scenario(path)
-    if scenario.mission not in MISSIONS:
-        known = ", ".join(MISSIONS)
+    if not isinstance(mission, OnBoard):
+        known = ", ".join(name for name, each in MISSIONS.items() if isinstance(each, OnBoard))
         raise FlightError(
             f"{path}: mission {scenario.mission!r} has no program in C; there is one for {known}, and for any problem"
             " file"
         )
+    without = (
+        ""
+        if fp == 64
+        else f"fp = {fp}: the tolerances of the mission in C are below the resolution of binary32"
+    )
+    if not without:
+        try:
+            whole = mission.on_board(scenario, uninterrupted())
+            return whole.problem, whole, ""
+        except NotOnBoard as error:
+            without = str(error)
     found = subproblems(mission, scenario)
-    first = found[0]
-    if any(pattern_digest(problem) != pattern_digest(first) for problem in found):
+    if not found:
+        raise FlightError(f"{path}: its plan solves no subproblem")
+    if any(pattern_digest(problem) != pattern_digest(found[0]) for problem in found):
         raise FlightError(f"{path}: its subproblems do not share one pattern")
-    return first
+    return found[0], None, without

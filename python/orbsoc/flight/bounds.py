@@ -54,6 +54,11 @@ def worst_operations(of: Mapping[str, int], settings: Settings, attempts: int, *
     return start + (attempts - 1) * cold + attempts * (each + closing)
 
 
+def ram_bytes(tables: Tables, fp: int) -> int:
+    """Bytes of a solver's arena."""
+    return tables.sizes["work_words"] * fp // 8 + tables.sizes["number_words"] * 8
+
+
 def bounds_page(
     problem: Problem,
     settings: Settings,
@@ -62,8 +67,6 @@ def bounds_page(
     instructions: Mapping[str, int] | None = None,
 ) -> str:
     """The page; `instructions` are `instructions.bounds_of` the pattern, where they were counted."""
-    sizes = tables.sizes
-    ram = sizes["work_words"] * fp // 8 + sizes["number_words"] * 8
     of = stage_operations(problem, settings)
     restarts = settings.max_restarts
     cold, warm = min(COLD_ATTEMPTS, 1 + restarts), min(WARM_ATTEMPTS, 1 + restarts)
@@ -102,7 +105,7 @@ def bounds_page(
             "|---|---|",
             f"| tables, in flash | {tables.table_bytes} |",
             f"| library, in flash (aarch64, -O2) | below {TEXT_BYTES} |",
-            f"| RAM: the arena | {ram} |",
+            f"| RAM: the arena | {ram_bytes(tables, fp)} |",
             f"| stack (aarch64, -O2), no recursion | below {STACK_BYTES} |",
             "| heap | 0 |\n",
             f"Allowed: {settings.max_iterations} iterations an attempt, {settings.refinement_max} refinement steps a linear"

@@ -12,9 +12,10 @@ from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 
-from .bounds import bounds_page
+from .bounds import bounds_page, ram_bytes
 from .c_source import pattern_header, pattern_source
 from .instructions import SETS, bounds_of, counted, varied
+from .mission import OnBoard, mission_bounds, mission_texts
 from .partitioned import FlightError, partition_texts
 from .selftest import Recorded, record, selftest_source
 from .tables import Tables, tables_of
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from orbsoc.rtl.validation import Format
 
 PRECISIONS = (64, 32)
+MISSION_PRECISION = 64
+"""Tolerances of a mission's sequence are below the resolution of binary32."""
 
 
 def export_c(
@@ -37,6 +40,7 @@ def export_c(
     engine: Engine | None = None,
     form: Format = "flat",
     instructions: bool = False,
+    mission: OnBoard | None = None,
 ) -> tuple[Path, ...]:
     """Write the program for a problem's pattern into `folder`, which must not exist; the files written.
 
@@ -44,7 +48,8 @@ def export_c(
     self-test holds this problem's own data and the bits of `Engine::exact`'s solutions, cold and warm. With a `partition`
     (one of hw_model's, or its name) the folder has the program of its modules for an `engine` on the PL, whose
     precision is `fp`, in microcode of a `form`, and the driver that launches them. With `instructions` BOUNDS.md has the
-    instructions of each stage as well, counted under QEMU on data near the problem's, which takes seconds.
+    instructions of each stage as well, counted under QEMU on data near the problem's, which takes seconds. With a
+    `mission` whose subproblem this is the folder has its outer loop, tables and self-test, in binary64 alone.
     Raises FlightError on a folder that exists, a precision that is none, a pattern beyond 32-bit indices, a partition
     that has no program in C, an engine that cannot hold the pattern, or tools for counting that are missing.
     """
@@ -52,6 +57,8 @@ def export_c(
     check_place(place)
     if fp not in PRECISIONS:
         raise FlightError(f"fp = {fp!r}: allowed is 64 or 32")
+    if mission is not None and fp != MISSION_PRECISION:
+        raise FlightError(f"fp = {fp}: a whole mission is exported in {MISSION_PRECISION} alone")
     used = settings if settings is not None else default_settings(fp)
     if used.max_time_s != float("inf"):
         used = replace(used, max_time_s=float("inf"))  # the caller's `ask` watches the clock on board
@@ -64,6 +71,11 @@ def export_c(
     texts["BOUNDS.md"] = bounds_page(
         problem, used, tables, fp, _counted(problem, used, fp) if instructions else None
     )
+    if mission is not None:
+        texts |= mission_texts(mission)
+        texts["BOUNDS.md"] += mission_bounds(mission, ram_bytes(tables, fp))
+        texts["README.md"] += _WHOLE_MISSION.format(flags=_flags(tables, fp))
+        texts["CMakeLists.txt"] += _CMAKE_MISSION
     return _write(place, texts | beside)
 
 
@@ -140,7 +152,7 @@ def _write(place: Path, texts: dict[str, str]) -> tuple[Path, ...]:
     temporary = Path(tempfile.mkdtemp(prefix=f".{place.name}.", dir=place.parent))
     try:
         for name, text in texts.items():
-            (temporary / name).parent.mkdir(exist_ok=True)
+            (temporary / name).parent.mkdir(parents=True, exist_ok=True)
             (temporary / name).write_text(text, encoding="utf-8")
         temporary.chmod(0o755)
         temporary.rename(place)
@@ -212,4 +224,27 @@ In a program, once after orbsoc_open:
 Every solve then launches them there. After an error, a timeout or an answer that the certificate refuses it tries once more
 with the program loaded afresh, and then solves on the core alone; solver.solution.place and .event say which.
 Call orbsoc_pl_on_bus_error(&device.pl) in the handler of an abort that an access to the PL raised, and go on behind it.
+"""
+
+_WHOLE_MISSION = """
+The whole mission, from a state to an attitude programme. Its self-test compares plans that the host made:
+
+    cc {flags} -Iflight -I. flight/*.c flight/missions/*.c pattern.c mission.c mission_selftest.c \\
+      -lm -o mission_selftest && ./mission_selftest
+
+Use it, once the solver is open on `arena.solver` of a static orbsoc_mission_arena:
+
+    static orbsoc_planner planner;
+    orbsoc_insertion_open(&planner, &orbsoc_mission, &solver, arena.plan, ORBSOC_PLAN_WORDS);
+    orbsoc_insertion_plan(&planner, position_m, velocity_m_s);  /* the outcome is planner.plan */
+    orbsoc_insertion_direction(&planner, elapsed_s, direction);
+
+Fly on `plan.objections == 0` only: the sequence converged, and a flight of the programme ends on the target orbit.
+"""
+
+_CMAKE_MISSION = """file(GLOB MISSION ${CMAKE_CURRENT_SOURCE_DIR}/flight/missions/*.c)
+add_library(orbsoc_mission STATIC ${MISSION} mission.c)
+target_link_libraries(orbsoc_mission PUBLIC orbsoc_flight)
+add_executable(mission_selftest mission_selftest.c)
+target_link_libraries(mission_selftest PRIVATE orbsoc_mission)
 """

@@ -96,12 +96,12 @@ def selftest_source(problem: Problem, recorded: Sequence[Recorded]) -> str:
     data = given_data(problem)
     parts = [_HEAD, f"#define ORBSOC_MOST_DATA {max(1, *(values.size for values in data.values()))}\n"]
     for name, values in data.items():
-        parts.append(_doubles(name, values))
+        parts.append(doubles(name, values))
     for k, each in enumerate(recorded):
         found = each.solution
         if each.start is not None:
             for name, values in zip("xyzs", each.start, strict=True):
-                parts.append(_doubles(f"start{k}_{name}", values))
+                parts.append(doubles(f"start{k}_{name}", values))
         scalars = [getattr(found, name) for name in _SCALARS]
         bits = _bits(f"expected{k}", np.concatenate([scalars, found.x, found.y, found.z, found.s]))
         parts.append(_unless_short(bits) if each.moved else bits)
@@ -130,7 +130,8 @@ def _call(k: int, each: Recorded) -> str:
     return f"  failed += judged({start}, {wanted}, expected{k});"
 
 
-def _doubles(name: str, values: Array) -> str:
+def doubles(name: str, values: Array) -> str:
+    """A constant table of binary64 numbers in C, bit for bit."""
     items = ["(double)INFINITY" if np.isinf(value) else float(value).hex() for value in values.tolist()]
     return _array("double", name, items)
 

@@ -1,5 +1,5 @@
-"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan`, `Dispersible`, `Auditable` and
-`Sampled`, and their data.
+"""What a mission is to everything outside its folder: the protocols `Mission`, `Plan`, `Dispersible`, `Auditable`,
+`Sampled` and `OnBoard`, and their data.
 
 A module satisfies `Mission`, so that `orbsoc.missions.reachable_insertion.plan(scenario)` is a function call. A mission
 builds conic problems and hands them to the `solve` that it is given; it knows no registers, cycles or partitions.
@@ -293,6 +293,20 @@ class Sampled(Mission, Protocol):
 
     def samples(self, scenarios: Path, /) -> Mapping[str, Callable[[], Sequence[PaperRow]]]:
         """What is drawn, by name; its rows are computed when it is called, and depend on its seed alone."""
+        ...
+
+
+class NotOnBoard(ValueError):
+    """Why a scenario has no program in C that plans it: the key with its value, and what the program does."""
+
+
+@runtime_checkable
+class OnBoard(Mission, Protocol):
+    """A mission whose outer loop has a program in C, for `orbsoc export c`."""
+
+    def on_board(self, scenario: Any, solve: Solve, /) -> Any:
+        """What `orbsoc.flight.export_c` takes as `mission`, with plans that `solve` makes of it. Raises NotOnBoard where the
+        scenario asks for what the program has not."""
         ...
 
 

@@ -102,20 +102,24 @@ class Linearisation:
 def derivative(burn: Burn, at: Trajectory) -> Array:
     """g = dx/dτ at the nodes, shape (N, 6)."""
     position, velocity = at.states[:, :3], at.states[:, 3:]
-    radius = np.linalg.norm(position, axis=1, keepdims=True)
+    radius = _radius(position)[:, None]
     thrust = burn.thrust_acceleration(at.elapsed())[:, None] * at.controls
-    return 0.5 * at.duration * np.hstack([velocity, thrust - position / radius**3])
+    return 0.5 * at.duration * np.hstack([velocity, thrust - position / (radius * radius * radius)])
 
 
 def linearise(burn: Burn, at: Trajectory, *, free_duration: bool) -> Linearisation:
-    """First-order expansion of g about `at`; with a fixed duration ∂g/∂T is zero."""
+    """First-order expansion of g about `at`; with a fixed duration ∂g/∂T is zero.
+
+    Products for powers and sums in a stated order: `flight/missions/linearise.c` makes the same bits on every machine.
+    """
     half = 0.5 * at.duration
     position = at.states[:, :3]
-    radius = np.linalg.norm(position, axis=1)[:, None, None]
+    radius = _radius(position)[:, None, None]
+    cube = radius * radius * radius
     outer = position[:, :, None] * position[:, None, :]
     by_state = np.zeros((at.grid.size, 6, 6))
     by_state[:, :3, 3:] = half * np.eye(3)
-    by_state[:, 3:, :3] = half * (3.0 * outer / radius**5 - np.eye(3) / radius**3)
+    by_state[:, 3:, :3] = half * (3.0 * outer / (cube * radius * radius) - np.eye(3) / cube)
 
     elapsed = at.elapsed()
     thrust = burn.thrust_acceleration(elapsed)
@@ -127,7 +131,8 @@ def linearise(burn: Burn, at: Trajectory, *, free_duration: bool) -> Linearisati
         lightening = thrust * burn.flow * (elapsed / at.duration) / (1.0 - burn.flow * elapsed)
         by_duration = value / at.duration
         by_duration[:, 3:] += half * lightening[:, None] * at.controls
-    constant = value - np.einsum("nij,nj->ni", by_state, at.states) - by_duration * at.duration
+    moved = np.hstack([half * at.states[:, 3:], _dot(by_state[:, 3:, :3], position[:, None, :])])
+    constant = value - moved - by_duration * at.duration
     constant[:, 3:] -= by_control[:, None] * at.controls
     return Linearisation(constant, by_state, by_control, by_duration)
 
@@ -179,6 +184,21 @@ def commanded(grid: LegendreGauss, controls: Array, duration_s: float) -> Steeri
     return steering
 
 
+def _dot(a: Array, b: Array) -> Array:
+    """Over a last axis of three."""
+    products = a * b
+    return np.asarray(products[..., 0] + (products[..., 1] + products[..., 2]))
+
+
+def _radius(position: Array) -> Array:
+    return np.asarray(np.sqrt(_dot(position, position)))
+
+
+def _summed(weights: Array, rows: Array) -> Array:
+    """Σ wᵢ rowᵢ, row after row."""
+    return np.asarray(sum(weight * row for weight, row in zip(weights, rows, strict=True)))
+
+
 def stored(block: ArrayLike) -> sparse.coo_array:
     """A dense block with every entry stored, so that a value that happens to be 0 stays in the pattern."""
     dense = np.atleast_2d(np.asarray(block, dtype=np.float64))
@@ -197,7 +217,7 @@ def _add_dynamics(
     builder.equality(terms, (linear.constant - from_start).ravel())
     weights = grid.weights
     terms = [(variables.end, sparse.eye_array(6)), *_less(weights, linear, variables, summed=True)]
-    builder.equality(terms, burn.start + weights @ linear.constant)
+    builder.equality(terms, burn.start + _summed(weights, linear.constant))
 
 
 def _less(weights: Array, linear: Linearisation, variables: BurnVariables, *, summed: bool) -> list[Term]:
@@ -208,7 +228,7 @@ def _less(weights: Array, linear: Linearisation, variables: BurnVariables, *, su
         (variables.controls, _control_blocks(by_control, summed=summed)),
     ]
     if variables.duration is not None:
-        column = weights @ linear.by_duration if summed else linear.by_duration
+        column = _summed(weights, linear.by_duration) if summed else linear.by_duration
         terms.append((variables.duration, stored(-column.reshape(-1, 1))))
     return terms
 

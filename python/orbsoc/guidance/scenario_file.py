@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeVar, cast, get_args
+from typing import Any, ClassVar, Self, TypeVar, cast, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -272,6 +272,11 @@ def table_of(model: type[BaseModel], key: str) -> type[BaseModel] | None:
     return found[0] if found else None
 
 
+def tables_by_name(model: type[BaseModel], key: str) -> bool:
+    """Whether a key holds tables by names of the user's own."""
+    return get_origin(model.model_fields[key].annotation) is dict and table_of(model, key) is not None
+
+
 def _tables_of(model: type[BaseModel], key: str) -> list[type[BaseModel]]:
     annotation = model.model_fields[key].annotation
     found = [annotation, *get_args(annotation)]
@@ -279,9 +284,9 @@ def _tables_of(model: type[BaseModel], key: str) -> list[type[BaseModel]]:
 
 
 def _table_at(model: type[BaseModel], location: list[str]) -> type[BaseModel]:
-    """The model of the table at a dotted location; of an optional table or a list of tables, the table's."""
+    """The model of the table at a dotted location; of an optional table, a list of tables or tables by name, the table's."""
     for part in location:
-        if part.isdigit():
+        if part not in model.model_fields:  # a number, or a name
             continue
         [model] = _tables_of(model, part)
     return model

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from .allowed_values import allowed_words, key_schema, schema_of, unit_of
-from .scenario_file import table_of
+from .scenario_file import table_of, tables_by_name
 
 COLUMN, WIDTH = 36, 130
 """Where the comments begin, and where they end."""
@@ -29,6 +29,12 @@ def template(model: type[BaseModel], document: Mapping[str, Any], *, heading: Se
     for key in tables:
         table = table_of(model, key)
         assert table is not None  # it is one of the tables
+        if tables_by_name(model, key):
+            about = key_schema(model, key).get("description", "")
+            lines += ["", *_beside(f"[{key}]", f"tables by name; {about}")]
+            for name, given in document.get(key, {}).items():
+                lines += ["", *_named_lines(f"{key}.{name}", table, given)]
+            continue
         lines += ["", *_table_lines(model, key, table, document.get(key))]
     return "\n".join(lines) + "\n"
 
@@ -58,6 +64,17 @@ def _table_lines(
     )
     mark = "# " if left_out else ""
     yield from _beside(f"{mark}[{key}]", f"{about.rstrip('.')}; optional" if left_out else about.rstrip("."))
+    yield from _keys_lines(table, given)
+
+
+def _named_lines(name: str, table: type[BaseModel], given: Mapping[str, Any]) -> Iterator[str]:
+    """A table of a name of the user's own."""
+    yield from _beside(f"[{name}]", (table.__doc__ or "").split("\n")[0].rstrip("."))
+    yield from _keys_lines(table, given)
+
+
+def _keys_lines(table: type[BaseModel], given: Mapping[str, Any] | None) -> Iterator[str]:
+    """Every key of a table, then those of another form of it."""
     for each in table.model_fields:
         yield from _key_lines(table, each, given or {})
     for each in given or {}:

@@ -26,6 +26,7 @@ MODULES = {
     "fly_around": "orbsoc.missions.fly_around",
     "phasing": "orbsoc.missions.phasing",
     "platform_launch": "orbsoc.missions.platform_launch",
+    "approach": "orbsoc.missions.approach",
 }
 
 EXAMPLES = {
@@ -35,6 +36,7 @@ EXAMPLES = {
     "fly_around": "paper001_fewest",
     "phasing": "phasing_two_tles",
     "platform_launch": "paper002_norms",
+    "approach": "station_vbar",
 }
 """The shipped scenario that `orbsoc new` takes its values from."""
 

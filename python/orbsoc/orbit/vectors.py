@@ -25,7 +25,8 @@ def cross_matrix(a: ArrayLike) -> Vector:
 
 def angular_momentum(position: ArrayLike, velocity: ArrayLike) -> Vector:
     """H = r × v, shape (3,); units of position × velocity."""
-    return np.asarray(cross_matrix(position) @ np.asarray(velocity))
+    (x, y, z), (u, v, w) = np.asarray(position), np.asarray(velocity)
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def laplace_vector(position: ArrayLike, velocity: ArrayLike, mu: float) -> Vector:
@@ -34,7 +35,7 @@ def laplace_vector(position: ArrayLike, velocity: ArrayLike, mu: float) -> Vecto
     Raises ValueError when the position is the origin.
     """
     r, v = np.asarray(position), np.asarray(velocity)
-    return np.asarray((v @ v) * r - (r @ v) * v - mu * r / _norm(r))
+    return np.asarray(_dot(v, v) * r - _dot(r, v) * v - mu * r / _norm(r))
 
 
 def angular_momentum_jacobian(position: ArrayLike, velocity: ArrayLike) -> Vector:
@@ -51,8 +52,9 @@ def laplace_jacobian(position: ArrayLike, velocity: ArrayLike, mu: float) -> Vec
     """
     r, v = np.asarray(position), np.asarray(velocity)
     norm, identity = _norm(r), np.eye(3)
-    by_position = (v @ v) * identity - np.outer(v, v) - mu * (identity / norm - np.outer(r, r) / norm**3)
-    by_velocity = 2.0 * np.outer(r, v) - np.outer(v, r) - (r @ v) * identity
+    cube = norm * norm * norm
+    by_position = _dot(v, v) * identity - np.outer(v, v) - mu * (identity / norm - np.outer(r, r) / cube)
+    by_velocity = 2.0 * np.outer(r, v) - np.outer(v, r) - _dot(r, v) * identity
     return np.hstack([by_position, by_velocity])
 
 
@@ -62,8 +64,13 @@ def specific_energy(position: ArrayLike, velocity: ArrayLike, mu: float) -> floa
     return float(0.5 * (v @ v) - mu / _norm(r))
 
 
+def _dot(a: Vector, b: Vector) -> Any:
+    """In an order that every machine rounds the same."""
+    return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])
+
+
 def _norm(r: Vector) -> Any:
-    square = r @ r
+    square = _dot(r, r)
     if square == 0.0:
         raise ValueError("position = [0, 0, 0]: must not be the centre of attraction")
     return np.sqrt(square)

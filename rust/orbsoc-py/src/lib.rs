@@ -42,7 +42,7 @@ mod _core {
     #[pymodule_export]
     use super::problem_data::ProblemData;
     #[pymodule_export]
-    use super::tables::{driver_sources, flight_sources, pattern_tables};
+    use super::tables::{driver_sources, flight_mission_sources, flight_sources, pattern_tables};
     use pyo3::prelude::*;
 
     #[pymodule_init]

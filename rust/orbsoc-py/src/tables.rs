@@ -56,6 +56,17 @@ const SOURCES: &[(&str, &str)] = sources![
     "statistics.c",
 ];
 
+/// The outer loops of missions in C, file by file.
+const MISSIONS: &[(&str, &str)] = sources![
+    "flight/missions/":
+    "flights.c",
+    "insertion.c",
+    "insertion.h",
+    "linearise.c",
+    "mission_checksum.c",
+    "vectors.h",
+];
+
 /// The driver of the PL in C, file by file.
 const DRIVER: &[(&str, &str)] = sources![
     "rtl/driver/":
@@ -70,6 +81,12 @@ const DRIVER: &[(&str, &str)] = sources![
 #[pyfunction]
 pub fn flight_sources(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     by_name(py, SOURCES)
+}
+
+/// The text of each file of the missions in C, by name.
+#[pyfunction]
+pub fn flight_mission_sources(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    by_name(py, MISSIONS)
 }
 
 /// The text of each file of the driver in C, by name.

@@ -120,6 +120,18 @@ def bounded(found: Plan) -> tuple[float, float]:
     return found.timed.lower_bound, found.timed.primer[0]
 
 
+def test_a_generated_rendezvous_is_solved_again_without_its_negligible_impulses() -> None:
+    """Five of some µm/s, left out and no more, were 0.28 m at the end of six hours."""
+    start = {
+        "x_m": -17911.431912847936, "y_m": -3375.054703375663, "z_m": 7170.241350761626,
+        "vx_m_s": -1.2105867206858818, "vy_m_s": 13.586193065619682, "vz_m_s": -17.079468881440334,
+    }  # fmt: skip
+    found = plan(rendezvous(start, 21449.79987927381).with_changes(target={"mean_motion_rad_s": 1.15e-3}))
+    assert found.status is PlanStatus.VERIFIED
+    assert found.programme is not None
+    assert len(found.programme) == 3
+
+
 def test_a_generated_rendezvous_reaches_its_bound() -> None:
     found = plan(rendezvous(FAR))
     bound, primer = bounded(found)

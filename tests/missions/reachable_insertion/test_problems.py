@@ -18,7 +18,7 @@ from orbsoc.missions.reachable_insertion.model.problems import (
     MinTime,
 )
 from orbsoc.missions.reachable_insertion.scenario import load_scenario
-from orbsoc.missions.reachable_insertion.starts.directions import along_velocity, propagated, towards_plane
+from orbsoc.missions.reachable_insertion.starts.directions import propagated, towards_plane
 from orbsoc.missions.reachable_insertion.targets.target_orbit import LargestOrbit, LinearVectors, TargetOrbit
 from orbsoc.orbit import EARTH, CanonicalUnits, angular_momentum, laplace_vector
 
@@ -32,7 +32,7 @@ LARGEST = LargestOrbit.about(UNITS.state_from_si(SCENARIO.target.vector()), 150e
 
 
 def guess(nodes: int = 12) -> Trajectory:
-    return propagated(START_SI, THRUSTER, along_velocity, 63.0, legendre_gauss(nodes))
+    return propagated(START_SI, THRUSTER, lambda _t_s, state: state[3:], 63.0, legendre_gauss(nodes))
 
 
 def crooked(nodes: int = 6) -> Trajectory:

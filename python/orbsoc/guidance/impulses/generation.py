@@ -90,9 +90,9 @@ def generate(
 
     `build` puts impulses at given increasing times on a builder, whose only cost is theirs, with all conditions. The
     multipliers of a round, divided by the largest primer over the window, are feasible in the dual of the problem
-    with every time allowed: that is the bound. Within `gap`, neighbouring times are merged where that costs no more than
-    it. It ends there, after `max_rounds`, or with the first solve that
-    does not end SOLVED, which `Generated.solution` then is.
+    with every time allowed: that is the bound. Within `gap`, neighbouring times are merged and negligible impulses left
+    out, again until there are none, where that costs no more than it. It ends there,
+    after `max_rounds`, or with the first solve that does not end SOLVED, which `Generated.solution` then is.
     With `candidates_s` (K,) impulses are at these times alone, the bound is that of all of them together, and nothing is
     merged. `keep_s` stay in every round. A solve that does not end SOLVED counts while its residuals are within `usable_residual`.
     """
@@ -123,9 +123,9 @@ def generate(
             ended = impulses, solution
             break
         merged = _merged(impulses.programme(solution), (window_s[1] - window_s[0]) / GRID)
-        was, ended = ended, (impulses, solution) if within else None
+        ended = (impulses, solution) if within else None
         if within:
-            if was is not None or merged.size == times.size:
+            if merged.size == times.size:
                 break
             times = merged
             continue

@@ -6,89 +6,22 @@ Axes of the file, as in Xu & Meng: x along the target's velocity, y against its 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import degrees, pi, radians
+from math import pi
 from os import PathLike
 from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from orbsoc.guidance.orbit_input import Orbit
-from orbsoc.guidance.orbit_input.beside import dated_keys, named_orbit, polar_elements, start_beside
-from orbsoc.guidance.orbit_input.catalogue import parse_utc
-from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, checked, load, refuse
+from orbsoc.guidance.orbit_input.relative import LONGEST_M, Start, Target, in_own_keys, target_complaints
+from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.guidance.vehicle import Positive
-from orbsoc.orbit import EARTH, Elements, state_from_elements
 from orbsoc.orbit.array import Array
-from orbsoc.orbit.relative import LVLH, ClohessyWiltshire
+from orbsoc.orbit.relative import LVLH
 
-LONGEST_M = 5e4
-"""Up to which the linear model is taken, as in the paper."""
 DEFAULT_SAMPLES = 36
 DEFAULT_COUNT = {"equal": 4, "free": 2}
-
-
-class Target(Table):
-    """The target's orbit: its mean motion, or the height of its semi-major axis; its eccentricity and where it is.
-
-    Any form of the orbit table is turned to these keys when it is read.
-    """
-
-    mean_motion_rad_s: float | None = Field(default=None, ge=1e-6, le=1.3e-3)
-    altitude_km: float | None = Field(default=None, ge=100.0, le=4e5)
-    eccentricity: float = Field(default=0.0, ge=0.0, le=0.8)
-    true_anomaly_deg: float = Field(default=0.0, ge=-360.0, le=360.0)
-    motion: Literal["elliptic", "circular"] | None = Field(
-        default=None, description="the linear model about an eccentric target; elliptic"
-    )
-    inclination_deg: float = Field(
-        default=45.0, ge=0.0, le=180.0, description="of the flights with J2 and drag"
-    )
-    raan_deg: float = Field(default=0.0, ge=-360.0, le=360.0)
-    argp_deg: float = Field(default=0.0, ge=-360.0, le=360.0)
-    epoch_utc: str | None = Field(default=None, description="ISO 8601; of time 0")
-    frame: Literal["TEME"] | None = Field(default=None, description="of a date; any other is turned to it")
-    source: str | None = Field(default=None, description="written when a TLE or a file is read")
-
-    @property
-    def elliptic(self) -> bool:
-        """Whether the model is that of an eccentric orbit."""
-        return self.eccentricity > 0.0 and self.motion != "circular"
-
-    @property
-    def elements(self) -> Elements:
-        """At time 0."""
-        angles = map(radians, (self.inclination_deg, self.raan_deg, self.argp_deg, self.true_anomaly_deg))
-        sma_m = float(np.cbrt(EARTH.mu_m3_s2 / self.mean_motion() ** 2))
-        return Elements(sma_m, self.eccentricity, *angles)
-
-    def mean_motion(self) -> float:
-        """rad/s."""
-        if self.mean_motion_rad_s is not None:
-            return self.mean_motion_rad_s
-        assert self.altitude_km is not None  # the scenario checks it
-        return ClohessyWiltshire.at_altitude(1e3 * self.altitude_km).mean_motion_rad_s
-
-
-class Start(Table):
-    """Position and velocity at the first impulse.
-
-    Also `position_m`, `velocity_m_s` and `frame = "RTN"` or `"LVLH"`, or the chaser's own orbit at the target's date.
-    """
-
-    x_m: float = Field(ge=-LONGEST_M, le=LONGEST_M)
-    z_m: float = Field(default=0.0, ge=-LONGEST_M, le=LONGEST_M)
-    y_m: float = Field(default=0.0, ge=-LONGEST_M, le=LONGEST_M)
-    vx_m_s: float = Field(default=0.0, ge=-100.0, le=100.0)
-    vy_m_s: float = Field(default=0.0, ge=-100.0, le=100.0)
-    vz_m_s: float = Field(default=0.0, ge=-100.0, le=100.0)
-
-    def state(self) -> Array:
-        """(6,), frame (R, T, N)."""
-        position = LVLH.T @ np.array([self.x_m, self.y_m, self.z_m])
-        velocity = LVLH.T @ np.array([self.vx_m_s, self.vy_m_s, self.vz_m_s])
-        return np.concatenate([position, velocity])
 
 
 class Capture(Table):
@@ -152,7 +85,7 @@ class Scenario(BaseScenario):
     @model_validator(mode="before")
     @classmethod
     def _orbits(cls, given: Any) -> Any:
-        return _in_own_keys(given) if isinstance(given, dict) else given
+        return in_own_keys(given) if isinstance(given, dict) else given
 
     @model_validator(mode="after")
     def _physics(self) -> Self:
@@ -163,45 +96,6 @@ class Scenario(BaseScenario):
 def load_scenario(path: str | PathLike[str], settings: Mapping[str, Any] | None = None) -> Scenario:
     """Read and check a scenario file; `settings` override keys. Raises `orbsoc.guidance.scenario_file.ScenarioError`."""
     return load(Scenario, path, settings)
-
-
-def _in_own_keys(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The document with target and start in this mission's keys, whatever form of the orbit table they take."""
-    found = dict(given)
-    if not isinstance(table := found.get("target"), Mapping):
-        return found
-    if (orbit := _named(table)) is not None:
-        at = polar_elements("target", orbit)
-        circular = at.ecc == 0.0
-        found["target"] = {
-            "mean_motion_rad_s": float(np.sqrt(EARTH.mu_m3_s2 / at.sma_m**3)),
-            "eccentricity": at.ecc,
-            "inclination_deg": degrees(at.inc_rad),
-            "raan_deg": degrees(at.raan_rad),
-            "argp_deg": degrees(at.true_anomaly_rad if circular else at.argp_rad),
-            "true_anomaly_deg": 0.0 if circular else degrees(at.true_anomaly_rad),
-            **dated_keys(orbit),
-            **{key: table[key] for key in ("motion",) if key in table},
-        }
-    start = found.get("start")
-    if not isinstance(start, Mapping) or not ({*start} - {*Start.model_fields}):
-        return found
-    target = checked(Target, found["target"], source="target")
-    if (target.mean_motion_rad_s is None) is (target.altitude_km is None):
-        return found  # the scenario refuses it
-    state = np.concatenate(state_from_elements(target.elements))
-    date = parse_utc(target.epoch_utc) if target.epoch_utc else None
-    beside = start_beside("start", start, tuple(Start.model_fields), state, date)
-    if beside is not None:
-        keys = ("x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s")
-        numbers = (beside.reshape(2, 3) @ LVLH.T).reshape(-1).tolist()
-        found["start"] = dict(zip(keys, numbers, strict=True))
-    return found
-
-
-def _named(table: Mapping[str, Any]) -> Orbit | None:
-    rest = {key: value for key, value in table.items() if key != "motion"}
-    return named_orbit("target", rest, tuple(Target.model_fields))
 
 
 def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
@@ -215,22 +109,7 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 def _target_complaints(scenario: Scenario) -> Iterator[Complaint]:
     target = scenario.target
-    if target.mean_motion_rad_s is None and target.altitude_km is None:
-        yield Complaint("target.mean_motion_rad_s", "", "is missing; give it or target.altitude_km")
-        return
-    if target.mean_motion_rad_s is not None and target.altitude_km is not None:
-        value = f"{target.altitude_km:g}"
-        yield Complaint(
-            "target.altitude_km", value, "target.mean_motion_rad_s is given too; give one of them"
-        )
-        return
-    sma_m = (EARTH.mu_m3_s2 / target.mean_motion() ** 2) ** (1 / 3)
-    most = 1.0 - EARTH.earth_radius_m / sma_m
-    if target.eccentricity >= most:
-        value = f"{target.eccentricity:g}"
-        yield Complaint(
-            "target.eccentricity", value, f"the perigee is in the ground; must be below {most:.4f}"
-        )
+    yield from target_complaints(target)
     if target.elliptic and scenario.safety == "cone":
         allowed = (
             "for all time only about a circular target, for its cone is of Clohessy–Wiltshire;"
@@ -253,7 +132,10 @@ def _keep_out_complaints(scenario: Scenario) -> Iterator[Complaint]:
         )
     if abs(scenario.capture.z_m) < keep_out_m:
         value = f"{scenario.capture.z_m:g}"
-        allowed = f"the keep-out is a band along the V-bar: must be at least {keep_out_m:g} below the target, or above it"
+        allowed = (
+            f"the keep-out is a band along the V-bar: must be at least {keep_out_m:g} below the target, or above it;"
+            " for a keep-out sphere and a point on the V-bar take mission = 'approach'"
+        )
         yield Complaint("capture.z_m", value, allowed)
 
 
@@ -306,17 +188,12 @@ def _timing_complaints(scenario: Scenario) -> Iterator[Complaint]:
 
 
 def _ignored_complaints(scenario: Scenario) -> Iterator[Complaint]:
-    impulses, target = scenario.impulses, scenario.target
+    impulses = scenario.impulses
     if impulses.count is not None and impulses.timing == "generated":
         allowed = "timing = 'generated' takes as many as pay; leave it out"
         yield Complaint("impulses.count", str(impulses.count), allowed)
     if scenario.samples is not None and scenario.safety == "cone":
         yield Complaint("samples", str(scenario.samples), "safety = 'cone' takes no samples; leave it out")
-    if target.motion is not None and not target.eccentricity:
-        yield Complaint("target.motion", repr(target.motion), "a circular target has one model; leave it out")
-    if target.true_anomaly_deg and not target.eccentricity:
-        value = f"{target.true_anomaly_deg:g}"
-        yield Complaint("target.true_anomaly_deg", value, "a circular target has none; leave it out")
     if scenario.uncertainty is not None and scenario.safety == "samples":
         yield Complaint("safety", "'samples'", "with [uncertainty] must be 'cone', whose margins are exact")
     if scenario.uncertainty is not None and not scenario.keep_out_m:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp  # pyright: ignore[reportUnknownVariableType]
 
 from orbsoc.guidance import mission
 from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.linear_flight import LinearFlight
 from orbsoc.guidance.relative_flight import TRUTHS, drifts, fly
 from orbsoc.guidance.safety import CutBurn, audit_cut_burns
-from orbsoc.orbit import PropagationError, state_from_elements
+from orbsoc.orbit import state_from_elements
 from orbsoc.orbit.array import Array
 
 from .model import problem
@@ -88,7 +88,7 @@ class Verification:
 
 def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
     """Fly a programme of this approach, the planner's or a user's. Raises PropagationError."""
-    model = _LinearFlight.of(approach)
+    model = _linear_flight(approach)
     times = np.unique(np.concatenate([np.linspace(0.0, approach.duration_s, 361), programme.times_s]))
     states, after, anomalies = model.flown(programme, approach.start, times)
     lapse = np.linspace(0.0, approach.period_s, SAMPLES + 1)
@@ -121,70 +121,15 @@ def _cuts(approach: Approach, programme: ImpulseProgramme, orbits: float) -> tup
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class _LinearFlight:
-    """R̈ = 2ν̇Ṫ + ν̈T + ν̇²R + 2μR/r³, T̈ = −2ν̇Ṙ − ν̈R + ν̇²T − μT/r³, N̈ = −μN/r³ about a Kepler orbit, by DOP853."""
-
-    mean_motion_rad_s: float
-    ecc: float
-    start_rad: float
-
-    @classmethod
-    def of(cls, approach: Approach) -> _LinearFlight:
-        ecc = 0.0 if approach.circular else approach.scenario.target.eccentricity
-        return cls(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
-
-    def coasted(self, states: Array, anomalies: Array, times_s: Array) -> Array:
-        """States (K, B, 6) at times after states (B, 6) at which the target's true anomalies are (B,)."""
-        return self._run(states, anomalies, times_s)[:, :, :6]
-
-    def flown(self, programme: ImpulseProgramme, start: Array, times_s: Array) -> tuple[Array, Array, Array]:
-        """States (K, 6) before the impulse of their time, and after each impulse (N, 6) with the anomalies there (N,)."""
-        rows = np.empty((times_s.size, 7))
-        rows[0] = *start, self.start_rad
-        after = np.empty((len(programme), 7))
-        ends = [*np.searchsorted(times_s, programme.times_s).tolist(), times_s.size - 1]
-        state, at = rows[0], 0
-        for k, until in enumerate(ends):
-            if until > at:
-                arc = self._run(state[None, :6], state[6:], times_s[at : until + 1] - times_s[at])
-                rows[at + 1 : until + 1] = arc[1:, 0]
-                state, at = rows[until], until
-            if k < len(programme):
-                after[k] = state
-                after[k, 3:6] += programme.dv_m_s[k]
-                state = after[k]
-        return rows[:, :6], after[:, :6], after[:, 6]
-
-    def _run(self, states: Array, anomalies: Array, times_s: Array) -> Array:
-        n, e = self.mean_motion_rad_s, self.ecc
-        k = n * (1.0 - e * e) ** -1.5  # ν̇ = k (1 + e cos ν)², μ/r³ = k² (1 + e cos ν)³
-        scale = np.array([1.0, 1.0, 1.0, n, n, n, 1e-3])
-        count = len(states)
-
-        def rate(_: float, flat: Array) -> Array:
-            x, y, z, vx, vy, vz, nu = (flat.reshape(count, 7) * scale).T
-            rho = 1.0 + e * np.cos(nu)
-            w, pull = k * rho**2, k**2 * rho**3
-            wdot = -2.0 * k**2 * e * np.sin(nu) * rho**3
-            ax = 2.0 * w * vy + wdot * y + w**2 * x + 2.0 * pull * x
-            ay = -2.0 * w * vx - wdot * x + w**2 * y - pull * y
-            return np.asarray((np.stack([vx, vy, vz, ax, ay, -pull * z, w], axis=1) / scale).ravel())
-
-        integrate: Any = cast(Any, solve_ivp)  # published without types
-        first = (np.column_stack([states, anomalies]) / scale).ravel()
-        found = integrate(
-            rate, (0.0, times_s[-1]), first, method="DOP853", t_eval=times_s, rtol=1e-11, atol=1e-8
-        )
-        if not found.success:
-            raise PropagationError(f"propagation stopped after t = {found.t[-1]:.6g} s: {found.message}")
-        return np.asarray(found.y.T.reshape(-1, count, 7) * scale)
+def _linear_flight(approach: Approach) -> LinearFlight:
+    ecc = 0.0 if approach.circular else approach.scenario.target.eccentricity
+    return LinearFlight(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
 
 
 def _checks(
     approach: Approach,
     programme: ImpulseProgramme,
-    model: _LinearFlight,
+    model: LinearFlight,
     states: Array,
     times: Array,
     after: Array,
@@ -245,7 +190,7 @@ def _checks(
     return found
 
 
-def _encloses(approach: Approach, model: _LinearFlight, state: Array, anomaly: float, at_s: float) -> Check:
+def _encloses(approach: Approach, model: LinearFlight, state: Array, anomaly: float, at_s: float) -> Check:
     """The first drift passes around the target: at samples, by the paper's (8), its far vertex; otherwise everywhere."""
     lapsed = np.linspace(0.0, approach.period_s, SAMPLES + 1)
     track = model.coasted(state[None], np.array([anomaly]), lapsed)[:, 0, :3]

@@ -9,6 +9,7 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
+from .on_board import on_board
 from .plan import Plan, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
@@ -29,6 +30,7 @@ __all__ = [
     "TwoBurnPlan",
     "disperse",
     "load_scenario",
+    "on_board",
     "plan",
     "reproduce",
 ]

@@ -22,6 +22,9 @@ GAIN = 10.0
 1e-10 leaves them 1e-4 rad apart between two solvers. Measured from the reference the cost tends to 0, its gap becomes absolute,
 and the scale sharpens it: |ΔL|/μ on rec1 and rec2 went from 5e-9 to 5e-10."""
 
+COLD_STEP = 1e-2
+"""Longest step of the flight of a cold start, canonical."""
+
 # laws that are flown onto the orbit: MISSIONS, "What made the difference"
 REACHED = 1e-8
 """Of the five conditions, within which a law shows the way."""
@@ -62,6 +65,8 @@ TURNS, DEGREE = 12, 4
 """Most steps towards the smoothest law of a duration, and its degree: enough to spread a turn over the burn."""
 LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
 """Shares of its duration by which a law is lengthened until a grid follows it, and shortened as long as one does."""
+SHORTENED_TO_COMPARE = SHORTENED[:2]
+"""… where burns from many ignitions are compared."""
 MOST_LONGER, MOST_SHORTER = 12, 60
 MADE_UNIT = 4
 """How often a corrected interpolant is replaced by that of its directions."""

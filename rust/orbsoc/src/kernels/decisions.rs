@@ -19,7 +19,7 @@ const RADIUS_SUFFICIENT: f64 = 1e6;
 const EMBEDDING_CONCLUSIVE: f64 = 1e10;
 /// κ/τ from which the embedding leans towards infeasibility.
 const EMBEDDING_RATIO: f64 = 1e3;
-/// Iterations without progress, or a larger radius, before a solve counts as stalled.
+/// Iterations without progress before a solve counts as stalled.
 const MAX_STALLED_ITERATIONS: f64 = 15.0;
 /// Consecutive steps shorter than `SHORT_STEP` before a solve counts as stalled.
 const SHORT_STEPS: f64 = 3.0;
@@ -108,8 +108,10 @@ pub(crate) fn judge<T: Real>(stats: &[T], homogenizer: &[T], tolerance: T, w: &m
     w[word::DUAL_RADIUS] = T::select(raised(dual), radius_d, w[word::DUAL_RADIUS]);
 
     // Progress is what is not yet within the tolerance becoming smaller by a tenth: the worst ratio may rise, the gap's
-    // for one, while others fall.
-    let mut progress = either(primal, dual);
+    // for one, while others fall. A larger radius is progress, too, but not where κ/τ is clear: in units far from one it
+    // would rise to the iteration limit.
+    let clear = (tau * T::constant(EMBEDDING_CONCLUSIVE)).lt(kappa);
+    let mut progress = T::select(clear, zero, either(primal, dual));
     for (k, at) in [stat::PRIMAL, stat::DUAL, stat::GAP].into_iter().enumerate() {
         let (ratio, least) = (stats[at], w[word::LEAST + k]);
         let much = both(below(w[word::TOLERANCE_MET], ratio), below(ratio, T::constant(0.9) * least));
@@ -122,7 +124,6 @@ pub(crate) fn judge<T: Real>(stats: &[T], homogenizer: &[T], tolerance: T, w: &m
     let met_before = w[word::MET];
     w[word::MET] = at_most(best, w[word::TOLERANCE_MET]);
 
-    let clear = (tau * T::constant(EMBEDDING_CONCLUSIVE)).lt(kappa);
     let conclusive = T::select(clear, T::constant(RADIUS_SUFFICIENT), T::constant(RADIUS_CONCLUSIVE));
     let short_steps = at_most(T::constant(SHORT_STEPS), w[word::SHORT_STEPS]);
     let slow = below(T::constant(MAX_STALLED_ITERATIONS), stalled_iterations);

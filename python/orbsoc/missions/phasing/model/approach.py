@@ -26,7 +26,7 @@ MET_ELEMENTS_M = 0.05
 RATE_RAD_S = 1.16e-3
 """Makes metres of metres per second where they are compared."""
 ROWS = np.diag(np.repeat([1.0, 1.0 / RATE_RAD_S], 3))
-NEWTON_STEPS = 25
+NEWTON_STEPS, HALVINGS = 25, 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,11 +100,12 @@ class Approach:
         *,
         done: int = 0,
         least_m_s: float = 0.0,
+        flights: int = NEWTON_STEPS * HALVINGS,
     ) -> Roll | None:
         """A flight near the impulses given that meets the target; None where Newton's method finds none.
 
         `basis` of a flight, (3K, m), spans the changes of the impulses, of which the least is taken; by default each changes
-        in proportion to its size, or to `least_m_s`. The first `done` impulses stay.
+        in proportion to its size, or to `least_m_s`. The first `done` impulses stay. Newton's method has so many `flights`.
         """
         weights = np.repeat(np.maximum(np.linalg.norm(dv_m_s, axis=1), least_m_s), 3)
         weights[: 3 * done] = 0.0
@@ -120,20 +121,20 @@ class Approach:
             columns = self._within(np.asarray(effect * weights)) if span is None else effect @ span
             step, *_ = np.linalg.lstsq(columns, now.off, rcond=1e-12)
             change = weights * self._within(np.asarray(step)) if span is None else span @ step
-            trial = self._shorter(now, change.reshape(-1, 3))
+            trial = self._shorter(now, change.reshape(-1, 3), flights)
             if trial is None:
                 return None
-            now = trial
+            now, flights = trial
         return None
 
-    def _shorter(self, now: Roll, change: Array) -> Roll | None:
-        """The longest of halved steps that brings the end nearer."""
+    def _shorter(self, now: Roll, change: Array, flights: int) -> tuple[Roll, int] | None:
+        """The longest of halved steps that brings the end nearer, and how many of the flights are left."""
         length = 1.0
-        while length > 1e-3:
+        for left in range(flights - 1, max(flights - HALVINGS, 0) - 1, -1):
             with suppress(PropagationError):  # a fall to the ground is no shorter way
                 trial = self.roll(now.dv_m_s - length * change)
                 if trial.miss_m < max((1.0 - 0.5 * length) * now.miss_m, self.met_m):
-                    return trial
+                    return trial, left
             length *= 0.5
         return None
 

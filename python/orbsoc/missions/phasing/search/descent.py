@@ -31,6 +31,8 @@ RULES = TrustRules(radius=1e3)
 """Of velocity changes, m/s."""
 PROVED = 1e-6
 """Gap of the last linearisation up to which its bound counts as met; beyond, the impulses are the best found."""
+FLIGHTS = 12
+"""That bring one proposal onto the target; after more of them it is too far, and the trust region shortens it for less."""
 TOLERANCE, USABLE = 1e-10, 1e-8
 """Asked of every solve, and what a solver that stops short of it may leave."""
 GAP = 1e-9
@@ -176,7 +178,7 @@ def descend(
         return Proposal(moved, found.solution.objective, distance, solved)
 
     outcome = trust_region(
-        start, propose, lambda roll: approach.restore(roll.dv_m_s), merit, rules=rules, callback=callback
+        start, propose, lambda roll: approach.restore(roll.dv_m_s, flights=FLIGHTS), merit, rules=rules, callback=callback
     )  # fmt: skip
     return Descended(approach, outcome, generated[-1], len(generated))
 

@@ -21,11 +21,11 @@ from .. import tuning
 from ..model.coast import coasted
 from ..starts.directions import Start, burn_time, impulse
 from ..starts.steering_law import Law, corrected, smoothed, turn_of
-from .run import COLD, Attempt, SearchResult
+from .run import COLD, Attempt, Claim, SearchResult
 from .setup import InsertionSetup
 
-SearchFrom = Callable[[InsertionSetup, Start], SearchResult]
-"""A search of its own, from one law at one ignition."""
+SearchFrom = Callable[[InsertionSetup, Start, tuple[float, ...]], SearchResult]
+"""A search of its own, from one law at one ignition, with the shares by which a smooth law is shortened."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,21 +70,28 @@ def later_ignition(result: SearchResult) -> LaterIgnition | None:
 
 
 def later_burns(result: SearchResult, search_from: SearchFrom) -> Iterator[Attempt]:
-    """Golden section on the ignition about the best law, the sequence's own burn as measure."""
+    """Golden section on the ignition about the best law, the sequence's own burn as measure.
+
+    Smooth laws are found by shortening. They are compared by coarse shares, and about the shortest burn, which is flat there, no
+    closer than these tell apart; that of the best ignition gets all shares.
+    """
     setup = result.setup
     flown = _flown(setup)
     if not flown:
         return
-    law = flown[0][1]
+    law, smooth = flown[0][1], False
 
-    def burn_at(ignition_s: float) -> Generator[Attempt, None, float]:
-        nonlocal law
+    def burn_at(
+        ignition_s: float, shares: tuple[float, ...] = tuning.SHORTENED_TO_COMPARE
+    ) -> Generator[Attempt, None, float]:
+        nonlocal law, smooth
         ignited = setup.at(ignition_s)
         law, miss = corrected(ignited.burn, setup.target, law, iterations=20)
         start = Start(f"thrust towards the target's velocity, ignition at {ignition_s:.1f} s", law, miss)
         if not start.reaches:
             return np.inf
-        made = search_from(ignited, start)
+        made = search_from(ignited, start, shares)
+        smooth |= made.claim is Claim.SMOOTH_TURN
         for each in made.attempts:  # their law is of no use at another ignition
             told = replace(each, start=Start(each.start.name))
             yield told if made.verified and each is made.best else told.on_the_way
@@ -94,18 +101,21 @@ def later_burns(result: SearchResult, search_from: SearchFrom) -> Iterator[Attem
 
     middle, width = flown[0][0], max(0.25 * law.duration * setup.units.time_s, 10.0 * tuning.CLOSE_ENOUGH_S)
     value = yield from burn_at(middle)
+    coarsely = np.sqrt(tuning.SHORTENED_TO_COMPARE[-1]) * law.duration * setup.units.time_s
     low, high = max(0.0, middle - width), min(setup.latest_ignition_s, middle + width)
-    while high - low > tuning.CLOSE_ENOUGH_S:
+    while high - low > (coarsely if smooth else tuning.CLOSE_ENOUGH_S):
         wide = high - middle > middle - low
         tried = middle + tuning.GOLDEN * (high - middle) if wide else middle - tuning.GOLDEN * (middle - low)
         if abs(tried - middle) < 0.1 * tuning.CLOSE_ENOUGH_S:
-            return
+            break
         new = yield from burn_at(tried)
         if new < value:
             low, high = (middle, high) if wide else (low, middle)
             middle, value = tried, new
         else:
             low, high = (low, tried) if wide else (tried, high)
+    if smooth:
+        yield from burn_at(middle, tuning.SHORTENED)
 
 
 def _flown(setup: InsertionSetup) -> list[tuple[float, Law]]:

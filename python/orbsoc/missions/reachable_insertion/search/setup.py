@@ -115,8 +115,10 @@ class InsertionSetup:
         )
 
     def cold_start(self) -> Iterate:
-        law = towards_plane(self._largest.normal, self.units) if self.free_perigee else along_velocity
-        return Iterate(self.flown(law, self.scenario.burn.guess_s, self.scenario.method.nodes))
+        guess_s, nodes = self.scenario.burn.guess_s, self.scenario.method.nodes
+        if self.free_perigee:
+            return Iterate(self.flown(towards_plane(self._largest.normal, self.units), guess_s, nodes))
+        return Iterate(along_velocity(self.burn, legendre_gauss(nodes), guess_s / self.units.time_s))
 
     def along(self, direction: Array) -> Iterate:
         """Thrust along one inertial direction for the scenario's burn time."""

@@ -169,7 +169,9 @@ def is_not_the_shortest(result: SearchResult) -> bool:
     return longer or not result.verified
 
 
-def smooth_law(_search: Search, result: SearchResult) -> Findings:
+def smooth_law(
+    _search: Search, result: SearchResult, shares: tuple[float, ...] = tuning.SHORTENED
+) -> Findings:
     """From the law that was tried last, a smooth one, shortened: a plan where the shortest burn reverses its thrust."""
     setup, known, start = result.setup.unbounded, result.best, laws_tried(result)[-1]
     assert start.law is not None
@@ -178,7 +180,7 @@ def smooth_law(_search: Search, result: SearchResult) -> Findings:
     # the correction on the grid lengthens the interpolant, too
     for too_long in (tuning.TOO_LONG, 0.1 * tuning.TOO_LONG):
         for first in (drawn, start.law):
-            found = smoothed(setup.burn, setup.target, first, nodes, too_long)
+            found = smoothed(setup.burn, setup.target, first, nodes, too_long, shares)
             attempt = None if found is None else _smooth_attempt(setup, found, start)
             if attempt is not None:
                 yield attempt
@@ -237,24 +239,25 @@ def _may_turn_faster(result: SearchResult) -> bool:
 
 
 def _later(search: Search, result: SearchResult) -> Findings:
-    return later_burns(result, lambda setup, start: search.run(setup, from_a_law(start)))
+    return later_burns(result, lambda setup, start, shares: search.run(setup, from_a_law(start, shares)))
 
 
 NULL_BURN = Strategy("a burn of 0 s", _is_shortest_burn, null_burn, frozenset({Claim.NOTHING_TO_BURN}))
 TOO_QUICK = Strategy("the burn that turns too fast", _only_turns_too_fast, too_quick, BEST)
 
 
-def _smooth(number: int) -> Strategy:
-    return Strategy("a law that turns smoothly", partial(_was_flown, number), smooth_law, SMOOTH)
+def _smooth(number: int, shares: tuple[float, ...] = tuning.SHORTENED) -> Strategy:
+    run = partial(smooth_law, shares=shares)
+    return Strategy("a law that turns smoothly", partial(_was_flown, number), run, SMOOTH)
 
 
-def from_a_law(start: Start) -> tuple[Strategy, ...]:
-    """From one law that reaches the orbit, on one grid: for many neighbouring ignitions."""
+def from_a_law(start: Start, shares: tuple[float, ...]) -> tuple[Strategy, ...]:
+    """From one law that reaches the orbit, on one grid: for many neighbouring ignitions. A smooth one is shortened by `shares`."""
     return (
         Strategy(
             "a law", lambda _: True, lambda search, result: law(search, result, start, refine=False), BEST
         ),
-        _smooth(1),
+        _smooth(1, shares),
         Strategy(
             "a turn within the bound",
             _has_a_bound_to_keep,

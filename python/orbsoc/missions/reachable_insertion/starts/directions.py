@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
+from math import sqrt
 
 import numpy as np
 
 from orbsoc.guidance.collocation import LegendreGauss
 from orbsoc.guidance.powered_flight import Burn, Trajectory
-from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, Thruster, propagate_burn
+from orbsoc.orbit import EARTH, CanonicalUnits, ConstantsSet, PropagationError, Thruster, propagate_burn
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.propagate import Steering
 
@@ -87,9 +88,51 @@ def _flown(burn: Burn, target: Target, name: str, direction: Array) -> Start:
     return Start(name, best[1], best[0])
 
 
-def along_velocity(_t_s: float, state_si: Array) -> Array:
-    """Thrust along the velocity: the cold start of problems A and B."""
-    return state_si[3:]
+def along_velocity(burn: Burn, grid: LegendreGauss, duration: float) -> Trajectory:
+    """What thrust along the velocity flies for a canonical time: the cold start of problems A and B.
+
+    By Runge and Kutta's method of order 4, in steps of one length between two nodes, within 1e-9: it is where a sequence sets out.
+    `flight/missions/flights.c` makes the same bits. Raises `orbsoc.orbit.PropagationError` where it does not stay finite.
+    """
+    steps = steps_between(grid, duration)
+    states, state, last = [], burn.start, 0.0
+    with np.errstate(all="ignore"):
+        for time in [*(0.5 * duration * (grid.nodes + 1.0)).tolist(), duration]:
+            state = _flown_along_velocity(burn, state, last, time, steps)
+            states.append(state)
+            last = time
+    if not np.isfinite(states).all():
+        raise PropagationError("thrust along the velocity leads through the centre")
+    controls = np.array([each[3:] / sqrt(_square(each[3:])) for each in states[:-1]])
+    return Trajectory(grid, np.array(states[:-1]), controls, states[-1], duration)
+
+
+def steps_between(grid: LegendreGauss, duration: float) -> int:
+    """Steps of that flight between two nodes."""
+    widest = 0.5 * duration * float(np.diff([-1.0, *grid.nodes, 1.0]).max())
+    return int(np.ceil(widest / tuning.COLD_STEP))
+
+
+def _flown_along_velocity(burn: Burn, state: Array, begin: float, end: float, steps: int) -> Array:
+    def rate(elapsed: float, at: Array) -> Array:
+        radius, speed = sqrt(_square(at[:3])), sqrt(_square(at[3:]))
+        thrust = burn.acceleration / (1.0 - burn.flow * elapsed)
+        return np.concatenate([at[3:], thrust * at[3:] / speed - at[:3] / (radius * radius * radius)])
+
+    step = (end - begin) / steps
+    for k in range(steps):
+        now = begin + k * step
+        half = now + 0.5 * step
+        first = rate(now, state)
+        second = rate(half, state + 0.5 * step * first)
+        third = rate(half, state + 0.5 * step * second)
+        fourth = rate(now + step, state + step * third)
+        state = state + step / 6.0 * (first + 2.0 * (second + third) + fourth)
+    return state
+
+
+def _square(a: Array) -> float:
+    return float(a[0] * a[0] + (a[1] * a[1] + a[2] * a[2]))
 
 
 def towards_plane(normal: Array, units: CanonicalUnits) -> Steering:

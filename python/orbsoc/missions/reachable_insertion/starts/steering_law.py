@@ -170,11 +170,16 @@ def grid_resolves(law: Law, nodes: int, too_long: float = tuning.TOO_LONG) -> bo
 
 
 def smoothed(
-    burn: Burn, target: Target, law: Law, most_nodes: int, too_long: float = tuning.TOO_LONG
+    burn: Burn,
+    target: Target,
+    law: Law,
+    most_nodes: int,
+    too_long: float = tuning.TOO_LONG,
+    shares: tuple[float, ...] = tuning.SHORTENED,
 ) -> Law | None:
     """A law about as short as a grid of `most_nodes` allows, from one that need not be smooth; None where that fails.
 
-    At each duration the smoothest law is taken: longer until a grid follows it, then shorter as long as one does.
+    At each duration the smoothest law is taken: longer until a grid follows it, then shorter by `shares` as long as one does.
     """
     law = law.of_degree(max(tuning.DEGREE, len(law.coefficients) - 1))
     for _ in range(tuning.MOST_LONGER):
@@ -187,7 +192,7 @@ def smoothed(
         law = replace(found or law, duration=duration)
     else:
         return None
-    for share in tuning.SHORTENED:
+    for share in shares:
         for _ in range(tuning.MOST_SHORTER):
             shorter = smoothest(burn, target, replace(found, duration=found.duration * (1.0 - share)))
             if shorter is None or not grid_resolves(shorter, most_nodes, too_long):

@@ -94,8 +94,9 @@ class TargetOrbit:
         """The same for S_H = S_L = 0."""
         linear = LinearVectors.about(end)
         for_h, for_l = np.array([self.perigee, self.ahead, self.normal]), np.array([self.perigee, self.ahead])
-        block = np.vstack([for_h @ linear.momentum_jacobian, for_l @ linear.laplace_jacobian])
-        return block, -np.concatenate([for_h @ linear.momentum_value, for_l @ linear.laplace_value])
+        block = np.vstack([times(for_h, linear.momentum_jacobian), times(for_l, linear.laplace_jacobian)])
+        known = (times(for_h, linear.momentum_value), times(for_l, linear.laplace_value))
+        return block, -np.concatenate(known)
 
     def misses(self, end: Array) -> tuple[tuple[Row, float], ...]:
         rows = self.conditions(end[None])[0]
@@ -219,4 +220,10 @@ class LinearVectors:
     def about(cls, end: Array) -> LinearVectors:
         r, v = end[:3], end[3:]
         by_h, by_l = angular_momentum_jacobian(r, v), laplace_jacobian(r, v, 1.0)
-        return cls(angular_momentum(r, v) - by_h @ end, by_h, laplace_vector(r, v, 1.0) - by_l @ end, by_l)
+        known = angular_momentum(r, v) - times(by_h, end), laplace_vector(r, v, 1.0) - times(by_l, end)
+        return cls(known[0], by_h, known[1], by_l)
+
+
+def times(matrix: Array, by: Array) -> Array:
+    """Their product, term after term: `flight/missions/linearise.c` makes the same bits on every machine."""
+    return np.asarray(sum(np.multiply.outer(matrix[:, k], by[k]) for k in range(len(by))))

@@ -1,0 +1,122 @@
+"""A scenario in the frame (R, T, N): motion, instants of the impulses, what is held when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi, radians
+
+import numpy as np
+
+from orbsoc.orbit import Elements
+from orbsoc.orbit.array import Array
+from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
+
+from ..scenario import Point, Scenario
+
+AN_ORBIT = 720
+"""Instants of a revolution, counted from the start, at which drifts about an eccentric target are looked at."""
+
+
+class Remembered:
+    """A motion whose transitions come from those to time 0, each computed once: about an ellipse they take long."""
+
+    def __init__(self, motion: LinearMotion) -> None:
+        self._motion = motion
+        self._known: dict[float, tuple[Array, Array]] = {}
+
+    def transition(self, t1_s: float, t0_s: float) -> Array:
+        """The state transition matrix (6, 6) from t0_s to t1_s, frame (R, T, N)."""
+        return self._at(t1_s)[0] @ self._at(t0_s)[1]
+
+    def _at(self, t_s: float) -> tuple[Array, Array]:
+        if t_s not in self._known:
+            self._known[t_s] = self._motion.transition(t_s, 0.0), self._motion.transition(0.0, t_s)
+        return self._known[t_s]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Approach:
+    """Motion, start (6,), instants of the impulses (K,), and the semi-axes of the keep-out (3,)."""
+
+    scenario: Scenario
+    motion: LinearMotion
+    mean_motion_rad_s: float
+    start: Array
+    times_s: Array
+    axes_m: Array
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Approach:
+        target, rate = scenario.target, scenario.target.mean_motion()
+        motion: LinearMotion = ClohessyWiltshire(rate)
+        if target.elliptic:
+            motion = Remembered(YamanakaAnkersen(rate, target.eccentricity, radians(target.true_anomaly_deg)))
+        times, before_s = [], 0.0
+        for point in scenario.points.values():
+            times.append(np.linspace(before_s, point.arrive_s, point.impulses, endpoint=False))
+            if point.hold_s:
+                times.append(np.linspace(point.arrive_s, point.leave_s, point.hold_impulses, endpoint=False))
+            before_s = point.leave_s
+        axes = scenario.keep_out.semi_axes()
+        return cls(scenario, motion, rate, scenario.start.state(), np.concatenate(times), axes)
+
+    @property
+    def period_s(self) -> float:
+        return 2.0 * pi / self.mean_motion_rad_s
+
+    @property
+    def duration_s(self) -> float:
+        return self.scenario.duration_s
+
+    @property
+    def circular(self) -> bool:
+        """Whether the motion is that about a circular target."""
+        return isinstance(self.motion, ClohessyWiltshire)
+
+    @property
+    def spherical(self) -> bool:
+        """Whether the keep-out is a sphere."""
+        return bool(np.ptp(self.axes_m) == 0.0)
+
+    @property
+    def gate_s(self) -> float:
+        """When the keep-out ends and the corridor begins."""
+        return self.scenario.gate.leave_s
+
+    @property
+    def guarded(self) -> int:
+        """How many impulses come before the gate is left: their drifts must be safe."""
+        return int(np.searchsorted(self.times_s, self.gate_s - 1e-6))
+
+    @property
+    def ends_s(self) -> Array:
+        """When the arc after each impulse ends, (K,)."""
+        return np.append(self.times_s[1:], self.duration_s)
+
+    @property
+    def horizon_s(self) -> float:
+        """For how long a drift stays out; infinite for all time."""
+        safety = self.scenario.safety
+        return inf if safety.all_time else safety.orbits * self.period_s
+
+    def instants(self, first_s: float, last_s: float, each: int = 1) -> Array:
+        """Every `each`-th instant of the common grid within a span, and its ends."""
+        step = self.period_s / AN_ORBIT
+        grid = step * np.arange(0, int(last_s / step) + 1, each)
+        return np.concatenate([[first_s], grid[(grid > first_s + 1e-6) & (grid < last_s - 1e-6)], [last_s]])
+
+    def size(self, positions: Array, margin_m: float = 0.0) -> Array:
+        """‖p / semi-axes‖ of positions (..., 3): 1 on the keep-out, widened by a margin."""
+        return np.asarray(np.linalg.norm(positions / (self.axes_m + margin_m), axis=-1))
+
+    def outside_m(self, positions: Array) -> Array:
+        """How far outside the keep-out, at least, m: of a sphere exactly, of an ellipsoid by its least semi-axis."""
+        return np.asarray(self.axes_m.min() * (self.size(positions) - 1.0))
+
+    def holds(self) -> list[tuple[str, Point]]:
+        """The points with a hold."""
+        return [(name, point) for name, point in self.scenario.points.items() if point.hold_s]
+
+    def orbit(self) -> Elements:
+        """The target's at the start."""
+        return self.scenario.target.elements
