@@ -6,7 +6,7 @@ from typing import Annotated, Generic, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-Tag = Literal["sourced", "measured", "routed", "executed", "scaled", "assumed"]
+Tag = Literal["sourced", "measured", "routed", "executed", "counted", "scaled", "assumed"]
 End = Literal["slow", "nominal", "fast"]
 Number = TypeVar("Number", int, float, str)
 
@@ -43,7 +43,8 @@ class Parameter(BaseModel, Generic[Number]):
     """A value whose unit is in its key, tagged with its provenance.
 
     `sourced`: printed by the named source; `measured`: by our own RTL or benchmark; `routed`: by place and route of our
-    RTL; `executed`: counted instructions of our kernels; `scaled`: sourced, then carried to another part by a stated
+    RTL; `executed`: counted instructions of our kernels; `counted`: fitted to clocks and instructions counted in a simulation
+    of the whole chip in RTL; `scaled`: sourced, then carried to another part by a stated
     factor; `assumed`: chosen by us, and `source` says why. `low` and `high`, given together, are the ends of a band:
     a report evaluates them and prints its results as bands.
     """

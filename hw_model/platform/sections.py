@@ -66,11 +66,16 @@ class Section(BaseModel):
         return self.model_copy(update=moved)
 
 
+WITHIN = Parameter(value=0.0, tag="assumed", source="within the cycles of an instruction")
+NONE = Parameter(value=0.0, tag="assumed", source="within the fixed part")
+
+
 class Ps(Section):
     """Processor cores and their caches; `flop_per_cycle` is what one core sustains on sparse kernels.
 
     `price`: a stage takes its flops at "flop_per_cycle", or its "executed_instructions" (timing/instructions.py), of which
-    this core needs `instruction_factor` times as many as a Cortex-A53, at `cycles_per_instruction`.
+    this core needs `instruction_factor` times as many as `instruction_record` has, at `cycles_per_instruction`; and waits of
+    `_stall_cycles` for each multiply-add in a chain, each other operation, and each word of the buffers that the stage touches.
 
     `build_flops_per_nonzero`: what generating a subproblem's matrices costs, per KKT nonzero. When a stage runs on
     n cores (`runtime.cores_used`), `parallel_fraction` of it is divided by n, and `fork_join_us` is added.
@@ -97,6 +102,11 @@ class Ps(Section):
     cycles_per_instruction: Parameter[Rate] = Parameter(
         value=1.0, low=0.5, high=2.0, tag="assumed", source="no figure for this core"
     )
+    multiply_add_stall_cycles: Parameter[Duration] = WITHIN
+    operation_stall_cycles: Parameter[Duration] = WITHIN
+    word_stall_cycles: Parameter[Duration] = WITHIN
+    instruction_record: str = "instructions"
+    """Counts of stages, hw_model/timing/{this}.json."""
 
 
 class Latencies(Section):
@@ -182,6 +192,7 @@ class Link(Section):
     )
 
     register_write_ns: Parameter[Duration]
+    register_write_pl_cycles: Parameter[Duration] = NONE
     register_read_fixed_ns: Parameter[Duration]
     register_read_pl_cycles: Parameter[Duration]
     core_write_ns_per_byte: Parameter[Duration]
@@ -189,6 +200,7 @@ class Link(Section):
     core_read_ns_per_byte: Parameter[Duration]
     core_read_pl_cycles_per_byte: Parameter[Duration]
     dma_fixed_us: Parameter[Duration]
+    dma_fixed_pl_cycles: Parameter[Duration] = NONE
     dma_to_pl_bytes_per_pl_cycle: Parameter[Rate]
     dma_to_ps_bytes_per_pl_cycle: Parameter[Rate]
     port_mb_s: Parameter[Rate]

@@ -31,7 +31,7 @@ def slower_modules(rows: Sequence[ModuleRow], baseline: str) -> list[str]:
 
 def assumption_table(rows: Iterable[Assumption]) -> str:
     """The parameters that were used, the assumed ones first."""
-    order = {"assumed": 0, "scaled": 1, "sourced": 2, "executed": 3, "routed": 4, "measured": 5}
+    order = {"assumed": 0, "scaled": 1, "sourced": 2, "executed": 3, "counted": 4, "routed": 5, "measured": 6}
     used = sorted((row for row in rows if row.used), key=lambda row: order[row.tag])
     return _table(
         ("parameter", "value", "band", "tag", "source"),

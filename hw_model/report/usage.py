@@ -179,9 +179,12 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name in ("parallel_fraction", "fork_join_us"):
         cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
         return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
-    if name in ("price", "instruction_factor", "cycles_per_instruction") and not usage.counted:
+    of_instructions = name in ("instruction_factor", "cycles_per_instruction") or name.endswith(
+        "_stall_cycles"
+    )
+    if (name == "price" or of_instructions) and not usage.counted:
         return "the trace has not the solver's own buffers, by which executed instructions go"
-    if name in ("instruction_factor", "cycles_per_instruction"):
+    if of_instructions:
         both = {"worst", "throughput"} <= usage.questions  # a report that prints either price
         return _unless(
             both or platform.ps.price.value == "executed_instructions",

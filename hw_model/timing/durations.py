@@ -99,11 +99,13 @@ class Durations:
         runtime = self.platform.runtime
         match work.kind:
             case "launch":
-                return [self._link(link.frame(links), "launch")]
+                return [self._link(link.frame(links, pl_clock_mhz), "launch")]
             case "flags":
-                return [self._link(self._confirmation(work.pattern) + link.acknowledgement(links), "flags")]
+                acknowledged = link.acknowledgement(links, pl_clock_mhz)
+                return [self._link(self._confirmation(work.pattern) + acknowledged, "flags")]
             case "publish":
-                return [self._link(link.frame(links) + self._confirmation(work.pattern), "publish")]
+                framed = link.frame(links, pl_clock_mhz)
+                return [self._link(framed + self._confirmation(work.pattern), "publish")]
             case "rest":
                 return [self._link(link.status(links, pl_clock_mhz), "rest")]
             case "interrupt":

@@ -1,6 +1,7 @@
-"""Executed instructions of a stage on an Arm core, for any pattern, from counts on measured patterns.
+"""Executed instructions of a stage on a core, for any pattern, from counts on measured patterns.
 
-`instructions.json` holds what ran under an emulator (scripts/record_instructions.py): per measured pattern its sizes and
+`instructions.json` holds what ran under an emulator (scripts/record_instructions.py), `rocket.json` what ran on the
+simulated chip (scripts/record_rocket.py): per measured pattern its sizes and
 per stage the instructions of one run. A stage's law is a sum of costs: of each kind of operation, and of each size of the
 pattern, none negative, fitted to the relative errors of the measured patterns. What the sum misses depends on how a
 matrix is filled, which a pattern's counts do not say; so it is corrected by the measured patterns that are most alike:
@@ -23,7 +24,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .trace import Pattern, Stage
 
-RECORD = Path(__file__).parent / "instructions.json"
+FOLDER = Path(__file__).parent
+RECORD = FOLDER / "instructions.json"
 SCHEMA = "orbsoc.instructions/1"
 ALIKE = 0.3
 """σ: patterns whose ratios differ by a third are alike."""
@@ -56,8 +58,8 @@ class InstructionLaw:
     measured: tuple[Measured, ...]
 
     def instructions(self, name: str, pattern: Pattern) -> float:
-        """Of one run of a stage."""
-        by_law = summed(self.costs[name], features(pattern.stages[name], pattern))
+        """Of one run of a stage; "NAME, spared" where a core leaves out of it what no decision needs."""
+        by_law = summed(self.costs[name], features(pattern.stages[name.partition(",")[0]], pattern))
         here = place(pattern)
         weight = correction = 0.0
         for known in self.measured:
@@ -71,6 +73,11 @@ class InstructionLaw:
 def can_be_counted(pattern: Pattern) -> bool:
     """Whether a pattern has the sizes that the law charges for: that of a trace which the solver has recorded has."""
     return all(size in pattern.buffers for size in ("raw_p", "raw_a", "raw_g", "factor_l"))
+
+
+def words_of(stage: Stage, pattern: Pattern) -> int:
+    """Words of the buffers that a stage reads or writes."""
+    return sum(pattern.buffers[name] for name in {*stage.reads, *stage.writes})
 
 
 def summed(costs: Mapping[str, float], found: Mapping[str, float]) -> float:
@@ -100,6 +107,7 @@ def features(stage: Stage, pattern: Pattern) -> dict[str, float]:
         "nonzeros_a": buffers["raw_a"],
         "nonzeros_g": buffers["raw_g"],
     }
+    found |= {"unknowns": unknowns, "words": words_of(stage, pattern)}
     if stage.module == "statistics":  # a pass over x, y or z has a cost of its own, unless it is empty
         found["vectors"] = sum(size > 0 for size in (pattern.n, pattern.p, pattern.m))
     if stage.module in ("factorization", "linear_solve", "matrix_update"):
@@ -136,9 +144,9 @@ def place(pattern: Pattern) -> tuple[float, ...]:
 
 
 @cache
-def recorded(path: Path = RECORD) -> InstructionLaw:
-    """The law of a record that scripts/record_instructions.py wrote."""
-    return law_of(json.loads(path.read_text(encoding="utf-8")))
+def recorded(name: str = "instructions") -> InstructionLaw:
+    """The law of a record of this folder."""
+    return law_of(json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8")))
 
 
 def law_of(record: Mapping[str, Any]) -> InstructionLaw:

@@ -67,13 +67,14 @@ def dma(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side) -> int:
     # 1 MB/s is 1e-3 bytes/ns.
     port = link.port_mb_s.value * link.ddr_efficiency.value
     bytes_per_ns = min(per_cycle.value * pl_clock_mhz, port) * 1e-3
-    return picoseconds_of_ns(link.dma_fixed_us.value * 1000.0 + size_bytes / bytes_per_ns)
+    fixed_ns = link.dma_fixed_us.value * 1000.0 + link.dma_fixed_pl_cycles.value * 1000.0 / pl_clock_mhz
+    return picoseconds_of_ns(fixed_ns + size_bytes / bytes_per_ns)
 
 
 def core_copy(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side) -> int:
     """A copy by a core, in picoseconds: a first register access, then a loop whose accesses merge into bursts."""
     if to == "pl":
-        first = register_write(link)
+        first = register_write(link, pl_clock_mhz)
         fixed, cycles = link.core_write_ns_per_byte.value, link.core_write_pl_cycles_per_byte.value
     else:
         first = register_read(link, pl_clock_mhz)
@@ -88,9 +89,10 @@ def cache_maintenance(link: Link, size_bytes: int, to: Side, line_bytes: int) ->
     return picoseconds_of_ns(-(-size_bytes // line_bytes) * each.value)
 
 
-def register_write(link: Link) -> int:
-    """A posted 4-byte write, in picoseconds."""
-    return picoseconds_of_ns(link.register_write_ns.value)
+def register_write(link: Link, pl_clock_mhz: float) -> int:
+    """A posted 4-byte write, in picoseconds: a fixed part and a number of PL cycles."""
+    cycles = link.register_write_pl_cycles.value
+    return picoseconds_of_ns(link.register_write_ns.value + cycles * 1000.0 / pl_clock_mhz)
 
 
 def register_read(link: Link, pl_clock_mhz: float) -> int:
@@ -99,9 +101,9 @@ def register_read(link: Link, pl_clock_mhz: float) -> int:
     return picoseconds_of_ns(link.register_read_fixed_ns.value + cycles * 1000.0 / pl_clock_mhz)
 
 
-def frame(link: Link) -> int:
+def frame(link: Link, pl_clock_mhz: float) -> int:
     """The control registers that announce one stage, to start it or to publish it, in picoseconds."""
-    return link.frame_register_writes.value * register_write(link)
+    return link.frame_register_writes.value * register_write(link, pl_clock_mhz)
 
 
 def confirmation(link: Link, pl_clock_mhz: float, buffers: int) -> int:
@@ -115,9 +117,9 @@ def status(link: Link, pl_clock_mhz: float) -> int:
     return link.status_register_reads.value * register_read(link, pl_clock_mhz)
 
 
-def acknowledgement(link: Link) -> int:
+def acknowledgement(link: Link, pl_clock_mhz: float) -> int:
     """Clearing the interrupt, in picoseconds."""
-    return link.acknowledge_register_writes.value * register_write(link)
+    return link.acknowledge_register_writes.value * register_write(link, pl_clock_mhz)
 
 
 def completion(runtime: Runtime, link: Link, pl_clock_mhz: float) -> int:

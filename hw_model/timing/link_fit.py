@@ -80,7 +80,7 @@ def judge(links: Link) -> list[Point]:
 
     models: dict[str, Callable[[float], float]] = {
         "register_read_ns": lambda mhz: link.register_read(links, mhz) / 1000,
-        "register_write_ns": lambda _: link.register_write(links) / 1000,
+        "register_write_ns": lambda mhz: link.register_write(links, mhz) / 1000,
         "core_write_mb_s": lambda mhz: rate(link.core_copy(links, mhz, size, "pl")),
         "core_read_mb_s": lambda mhz: rate(link.core_copy(links, mhz, size, "ps")),
         "dma_to_pl_mb_s": lambda mhz: rate(link.dma(links, mhz, size, "pl")),

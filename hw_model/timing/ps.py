@@ -5,8 +5,9 @@ two flops, every other operation but division and root as one: loads, stores and
 `flop_per_cycle`, which is what sparse kernels sustain. Divisions and roots do not overlap with anything, because the
 pivots and scalings that need them are on the dependent chain.
 
-With `price = "executed_instructions"`: cycles = ⌈instructions · instruction_factor · cycles_per_instruction⌉ + divisions and
-roots as above, where the instructions of a stage come from counts under an emulator (instructions.py).
+With `price = "executed_instructions"`: cycles = ⌈instructions · instruction_factor · cycles_per_instruction + waits⌉ + divisions
+and roots as above, where the instructions of a stage come from counts (instructions.py), and waits are for multiply-adds, other
+operations and words of memory, where a core states them (`_stall_cycles`).
 
 n cores: `parallel_fraction` of the stage is divided by n, and forking and joining added (Amdahl); the PS knows both
 times beforehand, and uses one core where that is faster.
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.vocabulary import OPCODES, Datapath, Opcode
 
-from .instructions import can_be_counted, recorded
+from .instructions import can_be_counted, recorded, words_of
 
 if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from .trace import Pattern, Stage
 
 _TWO_FLOPS: frozenset[Opcode] = frozenset({"mul_add", "mul_sub"})
+ALONE: tuple[Opcode, ...] = ("mul", "add", "sub", "neg", "abs", "min", "max", "compare")
+"""Operations whose results a core may wait for, each by itself."""
 _NOT_STREAMING: frozenset[Opcode] = frozenset({"div", "sqrt"})
 
 
@@ -39,7 +42,7 @@ def price_words(ps: Ps) -> str:
     """How the PS's stages are priced, in words for a report."""
     if ps.price.value == "flop_per_cycle":
         return f"flop a cycle, {ps.flop_per_cycle.tag}"
-    core = recorded().core
+    core = recorded(ps.instruction_record).core
     scaled = "" if core.partition(",")[0] in ps.core else f", scaled to {ps.core}"
     return f"executed instructions ({core}{scaled})"
 
@@ -56,14 +59,41 @@ def run_cycles(name: str, pattern: Pattern, ps: Ps, datapath: Datapath) -> int:
     Stages that only a warm start runs were never counted, and a pattern that the solver has not recorded has not the sizes
     that the counts go by: they have their flops' price.
     """
-    law = recorded()
+    law = recorded(ps.instruction_record)
     names = name.split("+")
     counted = can_be_counted(pattern) and all(stage in law.costs for stage in names)
     if ps.price.value == "flop_per_cycle" or not counted:
         return stage_cycles(pattern.stage(name), ps, datapath)
     executed = math.fsum(law.instructions(stage, pattern) for stage in names)
-    per_instruction = ps.instruction_factor.value * ps.cycles_per_instruction.value
-    return math.ceil(executed * per_instruction) + _slow_cycles(pattern.stage(name), ps, datapath)
+    return cycles_of(executed * ps.instruction_factor.value, name, pattern, ps, datapath)
+
+
+def cycles_of(
+    instructions: float, name: str, pattern: Pattern, ps: Ps, datapath: Datapath, *, share: float = 1.0
+) -> int:
+    """PS clock cycles of one run of a stage that takes so many of the core's own instructions, `share` of its operations done."""
+    waits = share * _waits(name, pattern, ps)
+    slow = _slow_cycles(pattern.stage(name), ps, datapath)
+    return math.ceil(instructions * ps.cycles_per_instruction.value + waits) + slow
+
+
+def chained(name: str, stage: Stage) -> float:
+    """Multiply-adds that wait for the one before: those of a factorization's tiles do not, of two sides each second one does."""
+    if stage.module == "factorization":
+        return 0.0
+    return stage.count("mul_add", "mul_sub") / (2.0 if name.endswith("_pair") else 1.0)
+
+
+def _waits(name: str, pattern: Pattern, ps: Ps) -> float:
+    """Cycles in which a core with figures of its own waits for operations' results and for words."""
+    stage = pattern.stage(name)
+    return math.fsum(
+        (
+            chained(name, stage) * ps.multiply_add_stall_cycles.value,
+            stage.count(*ALONE) * ps.operation_stall_cycles.value,
+            words_of(stage, pattern) * ps.word_stall_cycles.value,
+        )
+    )
 
 
 def stage_cycles(stage: Stage, ps: Ps, datapath: Datapath) -> int:

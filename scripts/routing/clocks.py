@@ -17,24 +17,30 @@ Kintex-7 -2 by Vivado 2017.3 (README of the package that is routed here), Artix-
 FMQL45T900's logic is taken as an XC7Z045's."""
 
 
+NEWER = ("zu9eg", "zu7ev", "k26")
+"""Devices a generation of the vendor's logic after its slowest printed one, Artix-7 -1."""
+
 SCALING = (
-    "low: the slowest engine that open tools route on an ECP5; high: times PicoRV32's gain from there to the logic of this"
-    " device, its authors' figure over ours; their geometric mean (docs/hardware-model.md, Clock)"
+    "low: the slowest engine that open tools route on an ECP5{floor}; high: times PicoRV32's gain from there to the logic of"
+    " this device, its authors' figure over ours; value: times the root of it (docs/hardware-model.md, Clock)"
 )
+FLOOR = ", times PicoRV32's gain from there to Artix-7 -1, the slowest logic of the generation before"
 
 
 def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int, int]:
     """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5.
 
     High: the engines' clock times PicoRV32's gain from the ECP5 to the device. Low: no gain, as an engine has more wires
-    than that core. Between them the geometric mean.
+    than that core; on a NEWER device the gain of the generation before. Value: the root of the gain.
     """
     worst = {
         module: min(row["mhz"] for row in rows if row["part"] == "ecp5_85_8" and row["module"] == module)
         for module in ("engine", "picorv32_axi")
     }
-    low, gain = worst["engine"], PUBLISHED_MHZ[device] / worst["picorv32_axi"]
-    return round(low), round(low * gain**0.5), round(low * gain)
+    engine, core = worst["engine"], worst["picorv32_axi"]
+    gain = PUBLISHED_MHZ[device] / core
+    low = engine * PUBLISHED_MHZ["xc7z020"] / core if device in NEWER else engine
+    return round(low), round(engine * gain**0.5), round(engine * gain)
 
 
 def write_clocks(rows: list[dict[str, Any]]) -> None:
@@ -42,7 +48,8 @@ def write_clocks(rows: list[dict[str, Any]]) -> None:
     for device in PUBLISHED_MHZ:
         low, value, high = scaled_clock_mhz(device, rows)
         path = DEVICES / f"{device}.toml"
-        line = f'clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0, tag = "scaled", source = "{SCALING}" }}\n'
+        source = SCALING.format(floor=FLOOR if device in NEWER else "")
+        line = f'clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0, tag = "scaled", source = "{source}" }}\n'
         text = re.sub(
             r"^(\[pl\]\npreset = .*\n)(clock_mhz = .*\n)?", rf"\1{line}", path.read_text(), flags=re.MULTILINE
         )

@@ -11,8 +11,10 @@ from typer.testing import CliRunner
 from orbsoc.commands.app import app
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
-MISSIONS = "reachable_domain, reachable_insertion, passive_safety, fly_around, phasing, platform_launch, approach"
-DEVICES = "fmql45t900, k26, mpfs250t, ng_ultra, vc1902, xc7z020, xc7z045, zu7ev, zu9eg"
+MISSIONS = (
+    "reachable_domain, reachable_insertion, passive_safety, fly_around, phasing, platform_launch, approach"
+)
+DEVICES = "fmql45t900, k26, mpfs250t, ng_ultra, rocket_soc, vc1902, xc7z020, xc7z045, zu7ev, zu9eg"
 PARTITIONS = "all_ps, factor_only, paper, paper_streams, resident"
 
 WRONG = [

@@ -63,6 +63,10 @@ def soc(
         str,
         typer.Option(help="of the waveforms: first clock of the core, and how many", metavar="FIRST:COUNT"),
     ] = "0:500000",
+    modelled: Annotated[
+        bool,
+        typer.Option("--modelled", help="what the model of this chip says of the same runs, beside them"),
+    ] = False,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
     ] = None,
@@ -125,6 +129,9 @@ def soc(
         lines = table(compared.alone, f"core alone, {len(chosen)} of {len(problems)} solves")
         if compared.split:
             lines += ["", *table(compared.split, f"partition {partition}, {lanes} lanes")]
+        if modelled:
+            solved = [problems[number - 1] for number in chosen]
+            lines += _modelled(compared, solved, partition, engine, ratio, latency)
         lines += ["", *_verdict(compared, partition, ratio, latency)]
         document = _document(
             compared, workload, partition, chosen,
@@ -143,6 +150,29 @@ def soc(
             options.write_all(where, {"soc-trace.json": as_text(timeline)})
         options.print_report(lines, document, where, as_json=as_json)
         raise typer.Exit(0 if compared.same_bits else FAILED)
+
+
+def _modelled(
+    compared: Comparison, problems: list[Any], partition: str, engine: Any, ratio: float, latency: int
+) -> list[str]:
+    """Tables of the model beside the chip; a line why there is none."""
+    from hw_model import load_partition
+    from orbsoc.soc.compare import LATENCY, lines_of, pairs
+
+    if latency != LATENCY:
+        return ["", f"Modelled  nothing: the model is of --latency {LATENCY}, not {latency}"]
+    lines = [
+        "",
+        *lines_of(
+            pairs(compared.alone, problems, None, engine, ratio), "core alone, modelled beside counted"
+        ),
+    ]
+    if compared.split and load_partition(partition).control == "pl":
+        rows = pairs(compared.split, problems, partition, engine, ratio)
+        lines += ["", *lines_of(rows, f"partition {partition}, modelled beside counted")]
+    elif compared.split:
+        lines += ["", f"Modelled  not {partition}: its parts on the core hold those on the PL"]
+    return lines
 
 
 def _told(progress: Progress, name: str) -> Callable[[str], None]:

@@ -73,12 +73,30 @@ def varied(problem: Problem, sets: int, seed: int = 0, share: float = 0.04) -> l
     return [problem, *(other() for _ in range(sets - 1))]
 
 
-def counted(folder: Path, problems: Sequence[Problem], settings: Settings, fp: int, mode: str) -> Counted:
-    """Count the `stages`, the `solves` or the `worst` attempt of data sets of one pattern; `folder` is for what is made on the way.
+@dataclass(frozen=True, slots=True)
+class Tools:
+    """A compiler with its options, and what runs the program."""
+
+    compiler: str = COMPILER
+    emulator: str = EMULATOR
+    options: tuple[str, ...] = OPTIONS
+
+
+def counted(
+    folder: Path,
+    problems: Sequence[Problem],
+    settings: Settings,
+    fp: int,
+    mode: str,
+    tools: Tools | None = None,
+) -> Counted:
+    """Count the `stages`, the `spared` ones, the `solves` or the `worst` attempt of data sets of one pattern; `folder` is for what
+    is made on the way.
 
     Raises FlightError where a tool is missing.
     """
-    require_tools()
+    tools = tools or Tools()
+    require_tools(tools)
     tables = tables_of(problems[0], settings)
     texts = {"pattern.h": pattern_header(tables, fp), "pattern.c": pattern_source(tables, settings)}
     for name, text in (texts | _core.flight_sources()).items():
@@ -92,16 +110,19 @@ def counted(folder: Path, problems: Sequence[Problem], settings: Settings, fp: i
     program, plugin, marks = folder / "program", folder / "count.so", folder / "marks"
     macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={tables.index_bits}", f"-I{folder}"]
     sources = [str(path) for path in (*sorted(folder.glob("*.c")), here / "count_stages.c")]
-    _run([COMPILER, *OPTIONS, *macros, *sources, "-lm", "-o", str(program)])
+    _run([tools.compiler, *tools.options, *macros, *sources, "-lm", "-o", str(program)])
     _run(["gcc", "-shared", "-fPIC", "-O2", str(here / "count_instructions.c"), "-o", str(plugin)])
-    told = _run([EMULATOR, "-plugin", f"{plugin},out={marks}", str(program), mode, str(folder / "data")])
+    told = _run(
+        [tools.emulator, "-plugin", f"{plugin},out={marks}", str(program), mode, str(folder / "data")]
+    )
     outcomes = [tuple(map(int, line.split()[:3])) for line in told.splitlines()]
     return Counted(_between(marks.read_text().splitlines()), outcomes)  # type: ignore[arg-type]
 
 
-def require_tools() -> None:
+def require_tools(tools: Tools | None = None) -> None:
     """Raise FlightError that names what is missing."""
-    missing = [tool for tool in (COMPILER, "gcc", EMULATOR) if shutil.which(tool) is None]
+    tools = tools or Tools()
+    missing = [tool for tool in (tools.compiler, "gcc", tools.emulator) if shutil.which(tool) is None]
     if missing:
         raise FlightError(f"instructions cannot be counted here: no {', '.join(missing)}")
 

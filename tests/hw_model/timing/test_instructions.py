@@ -77,8 +77,14 @@ def test_a_core_has_the_cycles_that_its_pipeline_model_says(core: str) -> None:
     model = RECORDED["cores"][core]["pipeline"][core.lower()]
     cycles = load_platform(CORES[core]).ps.cycles_per_instruction
     assert cycles.tag == "scaled"
-    assert (cycles.low, cycles.high) == pytest.approx((model["issue"], model["once"]), abs=0.006)
-    assert cycles.value == pytest.approx(geometric_mean([model["issue"], model["repeated"]]), abs=0.006)
+    halfway = geometric_mean([model["issue"], model["repeated"]])
+    assert cycles.high == pytest.approx(model["once"], abs=0.006)
+    if core == "Cortex-R52":  # in order, as the core that was counted in RTL
+        assert (cycles.low, cycles.value) == pytest.approx(
+            (halfway, geometric_mean([halfway, model["once"]])), abs=0.006
+        )
+    else:
+        assert (cycles.low, cycles.value) == pytest.approx((model["issue"], halfway), abs=0.006)
 
 
 def test_both_prices_stand_side_by_side_in_a_comparison() -> None:

@@ -1,0 +1,152 @@
+"""The model beside the chip: what `rocket_soc` says of the runs that were counted, part by part.
+
+Instructions of a stage on the core are the run's own; what the model says is how many clocks they take. Parts on the PL and the link
+come of the pattern alone.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from hw_model import load_partition, load_platform
+from hw_model.timing.actions import actions_of
+from hw_model.timing.durations import Durations
+from hw_model.timing.instructions import FOLDER, recorded, summed
+from hw_model.timing.ps import cycles_of
+from hw_model.timing.trace import Pattern, Trace, parse_trace
+from orbsoc.conic.settings import Settings
+from orbsoc.solving.solver import engine as engine_of
+
+from .table import REST
+
+if TYPE_CHECKING:
+    from hw_model import Platform
+    from orbsoc.conic.problem import Problem
+    from orbsoc.hw.schedules import Engine
+
+    from .counted import Counted
+
+DEVICE = "rocket_soc"
+NEEDS_RESIDUAL = 1
+"""Place in the buffer `control` (flight/layout.h)."""
+LINK, LOAD = "link", "load"
+LATENCY = 20
+"""Clocks of memory that `rocket_soc` is of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A part of a solve, or the whole, in clocks of the core."""
+
+    name: str
+    counted: int
+    modelled: float
+
+    @property
+    def error(self) -> float:
+        """Relative, of the modelled clocks."""
+        return self.modelled / self.counted - 1.0
+
+
+def pairs(
+    runs: Sequence[Counted], problems: Sequence[Problem], partition: str | None, engine: Engine, ratio: float
+) -> list[Pair]:
+    """Parts of the runs with what the model says of them, the dearest first, then the whole; without loading the program.
+
+    `problems`: of each run, solved with the usual settings. `partition`: None for the core alone. `ratio`: core clocks in one of
+    the engine.
+    """
+    counted: defaultdict[str, int] = defaultdict(int)
+    modelled: defaultdict[str, float] = defaultdict(float)
+    for run, problem in zip(runs, problems, strict=True):
+        for name, clocks in _modelled(run, problem, partition, engine, ratio).items():
+            modelled[name] += clocks
+        for part in run.stages:
+            if part.name != LOAD:
+                counted[LINK if part.where == "link" else part.name] += part.core_cycles
+        counted[REST] += run.core_cycles - sum(part.core_cycles for part in run.stages)
+    rows = [Pair(name, clocks, modelled[name]) for name, clocks in counted.items()]
+    rows.sort(key=lambda row: -row.counted)
+    return [*rows, Pair("whole", sum(counted.values()), sum(modelled.values()))]
+
+
+def lines_of(rows: Sequence[Pair], title: str) -> list[str]:
+    """A table of the parts of a hundredth or more, and of the whole."""
+    whole = rows[-1].counted
+    named = [row for row in rows if row.counted >= whole / 100]
+    width = max(len(row.name) for row in named)
+    lines = [title, f"{'part'.ljust(width)}  {'counted':>11}  {'modelled':>11}    error   share"]
+    return lines + [
+        f"{row.name.ljust(width)}  {row.counted:11d}  {row.modelled:11.0f}  {row.error:+7.1%}  {row.counted / whole:6.1%}"
+        for row in named
+    ]
+
+
+def _modelled(
+    run: Counted, problem: Problem, partition: str | None, engine: Engine, ratio: float
+) -> dict[str, float]:
+    """Clocks of the core by part, as the chip counts them."""
+    from orbsoc.hw.emulation import PsScheduler
+    from orbsoc.hw.exact_cycles import exact_cycles
+
+    scheduler = PsScheduler()
+    scheduler(problem)
+    trace, split = parse_trace(scheduler.trace), load_partition(partition or "all_ps")
+    platform = load_platform(DEVICE)
+    shape: dict[str, Any] = {
+        "pl.clock_mhz": platform.ps.clock_mhz.value / ratio, "pl.lanes": engine.lanes, "pl.dividers": engine.dividers,
+        "pl.banks": engine.banks, "pl.clusters": engine.clusters,
+    }  # fmt: skip
+    platform = platform.with_values(shape)
+    durations = Durations(trace, platform, split, exact_cycles([problem]))
+    found: defaultdict[str, float] = defaultdict(float)
+    for action in actions_of(trace, split):
+        work = action.work
+        if work.kind in ("copy", "publish", "rest"):
+            found[LINK] += durations.picoseconds(work) / 1000.0
+        elif work.kind != "build" and not (work.kind == "compute" and work.side == "ps"):
+            name = "attempt" if split.control == "pl" else action.stage
+            found[name] += durations.picoseconds(work) / 1000.0
+    pattern = trace.patterns[0]
+    shares = _shares(problem, trace) if partition is None else {}
+    for part in run.stages:
+        if part.where == "core" and part.name in pattern.stages:
+            each = part.instructions / part.runs
+            clocks = cycles_of(each, part.name, pattern, platform.ps, "f64", share=shares.get(part.name, 1.0))
+            found[part.name] += part.runs * clocks
+    found[REST] += _rest(pattern, platform)
+    return found
+
+
+def _shares(problem: Problem, trace: Trace) -> dict[str, float]:
+    """Of the stages that the core alone runs without a residual where no decision needs it: the share of its work that is done."""
+    law, pattern = recorded(load_platform(DEVICE).ps.instruction_record), trace.patterns[0]
+    native, spared = engine_of(problem, Settings()), Counter[str]()
+    events = trace.solves[0].events
+    for name, _ in events:
+        spared[name] += int(
+            f"{name}, spared" in law.costs and native.buffer("control")[NEEDS_RESIDUAL] == 0.0
+        )
+        native.run(name)
+    runs = Counter(name for name, _ in events)
+    left = {
+        name: law.instructions(f"{name}, spared", pattern) / law.instructions(name, pattern)
+        for name in +spared
+    }
+    return {name: 1.0 - max(0.0, 1.0 - left[name]) * spared[name] / runs[name] for name in left}
+
+
+def _rest(pattern: Pattern, platform: Platform) -> float:
+    """Clocks of certificate, calls and control, by the record's law of them."""
+    sizes = {"run": 1, "unknowns": pattern.n + pattern.p + pattern.m, "nonzeros_kkt": pattern.nnz_kkt}
+    return summed(_record(platform.ps.instruction_record)["rest"], sizes)
+
+
+@cache
+def _record(name: str) -> dict[str, Any]:
+    return dict(json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8")))

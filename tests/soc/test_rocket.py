@@ -1,0 +1,65 @@
+"""The model of the simulated chip: fitted to the record, and held against solves that nothing was fitted to."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hw_model import load_platform
+from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import problems_of
+from orbsoc.soc.compare import DEVICE, LINK, pairs
+from orbsoc.soc.counted import Counted, StageCount
+from scripts.record_rocket import COUNTED, EXECUTED, RECORD, SPARED, fitted, pattern_of, read
+
+HELD_OUT: list[dict[str, Any]] = json.loads((Path(__file__).parent / "held_out.json").read_text())
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+
+def test_the_law_is_the_fit_of_the_record_and_the_platform_has_it() -> None:
+    rows, counts = read()
+    assert {row.name for row in rows} == set(COUNTED)
+    assert set(counts) == set(EXECUTED)
+    law = fitted(rows, counts, {name: pattern_of(name) for name in {*COUNTED, *EXECUTED}})
+    record = json.loads(RECORD.read_text(encoding="utf-8"))
+    for key in ("waits", "rest"):
+        assert record[key] == pytest.approx(law[key], rel=1e-3), key
+    for stage, costs in law["costs"].items():
+        assert record["costs"][stage] == pytest.approx(costs, rel=1e-2), stage
+    ps = dict(load_platform(DEVICE).ps.parameters())
+    for name, value in law["waits"].items():
+        assert ps[name].value == pytest.approx(value, abs=0.5 if name.startswith("div") else 0.006), name
+        assert ps[name].tag == "counted"
+
+
+def test_nothing_is_fitted_to_the_families_that_judge() -> None:
+    families = {name.rpartition("-")[0] for name in (*COUNTED, *EXECUTED)}
+    assert not families & {"insertion", "rendezvous", "rendezvous_without_cone", "quadrotor"}
+
+
+def test_an_emulator_executes_the_chips_instructions() -> None:
+    """Of the problem that both ran; reading the counters takes a few, and data a few more."""
+    rows, counts = read()
+    (row,) = (row for row in rows if row.name == "portfolio-10")
+    for stage, (runs, _, instructions) in row.stages.items():
+        if stage != "rest" and stage not in SPARED:
+            assert instructions / runs == pytest.approx(counts[row.name][stage], rel=0.01, abs=20), stage
+    assert row.stages["solve_kkt"][2] / 3 == pytest.approx(counts[row.name]["solve_kkt, spared"], abs=5)
+
+
+@pytest.mark.parametrize("row", HELD_OUT, ids=lambda row: f"{row['scenario']}-{row['partition']}")
+def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict[str, Any]) -> None:
+    run = Counted(
+        row["core_cycles"], row["instructions"], tuple(StageCount(*stage) for stage in row["stages"])
+    )
+    problem = problems_of(SCENARIOS / f"{row['scenario']}.toml")[0]
+    *parts, whole = pairs([run], [problem], row["partition"], Engine(lanes=4, banks=16), row["ratio"])
+    assert abs(whole.error) <= 0.10
+    for part in parts:
+        if part.name == LINK:
+            assert abs(part.error) <= 0.05
+        elif part.counted >= whole.counted / 20 and not part.name.startswith("rest"):
+            assert abs(part.error) <= 0.20, part
