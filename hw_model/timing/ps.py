@@ -71,7 +71,7 @@ def run_cycles(name: str, pattern: Pattern, ps: Ps, datapath: Datapath) -> int:
 def cycles_of(
     instructions: float, name: str, pattern: Pattern, ps: Ps, datapath: Datapath, *, share: float = 1.0
 ) -> int:
-    """PS clock cycles of one run of a stage that takes so many of the core's own instructions, `share` of its operations done."""
+    """PS clock cycles of one run of a stage by its number of the core's own instructions, `share` of its operations done."""
     waits = share * _waits(name, pattern, ps)
     slow = _slow_cycles(pattern.stage(name), ps, datapath)
     return math.ceil(instructions * ps.cycles_per_instruction.value + waits) + slow

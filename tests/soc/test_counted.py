@@ -6,7 +6,7 @@ import pytest
 
 from orbsoc.commands.hw_soc import _chosen, _window
 from orbsoc.soc.counted import parsed
-from orbsoc.soc.machine import SocError
+from orbsoc.soc.errors import SocError
 from orbsoc.soc.runs import stage_names
 from orbsoc.soc.table import REST, Comparison, summed, table
 from orbsoc.soc.timeline import CORE, ENGINE, LINK, Span, document, segment_names, spans

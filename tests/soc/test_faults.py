@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from orbsoc.soc import program
+from orbsoc.soc.errors import SocError
 from orbsoc.soc.faults import Fault
-from orbsoc.soc.machine import SocError
 from tests.soc.computer import RTL, small_computer, small_counts
 
 PATIENCE = 100

@@ -8,7 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from orbsoc.commands.app import app
-from orbsoc.soc.machine import Machine, SocError
+from orbsoc.soc.errors import SocError
+from orbsoc.soc.machine import Machine
 from orbsoc.soc.table import summed
 from tests.soc.computer import RATIO, small_computer, small_counts, small_problem
 

@@ -84,8 +84,9 @@ def soc(
         from orbsoc.hw.schedules import Engine
         from orbsoc.hw.workload import problems_of
         from orbsoc.rtl.validation import rtl_folder
+        from orbsoc.soc.errors import SocError
         from orbsoc.soc.faults import Fault
-        from orbsoc.soc.machine import SocError, Waveform, core_sources
+        from orbsoc.soc.machine import Waveform, core_sources
         from orbsoc.soc.runs import counted
         from orbsoc.soc.table import Comparison, table
         from orbsoc.soc.timeline import traced
@@ -195,7 +196,7 @@ def _chosen(solves: str, count: int) -> list[int]:
 
 def _window(text: str) -> tuple[int, int]:
     """First clock and count. Raises SocError."""
-    from orbsoc.soc.machine import SocError
+    from orbsoc.soc.errors import SocError
 
     first, _, count = text.partition(":")
     if not (first.isdigit() and count.isdigit() and int(count) > 0):

@@ -19,8 +19,8 @@ from hw_model.timing.durations import Durations
 from hw_model.timing.instructions import FOLDER, recorded, summed
 from hw_model.timing.ps import cycles_of
 from hw_model.timing.trace import Pattern, Trace, parse_trace
+from orbsoc import _core
 from orbsoc.conic.settings import Settings
-from orbsoc.solving.solver import engine as engine_of
 
 from .table import REST
 
@@ -126,7 +126,7 @@ def _modelled(
 def _shares(problem: Problem, trace: Trace) -> dict[str, float]:
     """Of the stages that the core alone runs without a residual where no decision needs it: the share of its work that is done."""
     law, pattern = recorded(load_platform(DEVICE).ps.instruction_record), trace.patterns[0]
-    native, spared = engine_of(problem, Settings()), Counter[str]()
+    native, spared = _core.Engine(problem, Settings()), Counter[str]()
     events = trace.solves[0].events
     for name, _ in events:
         spared[name] += int(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from orbsoc.flight.selftest import STATUSES
 
-from .machine import SocError
+from .errors import SocError
 
 _PLACE = re.compile(r"  place (\d); first try: (.*); second try: (.*)")
 

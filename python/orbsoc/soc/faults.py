@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .machine import SocError
+from .errors import SocError
 
 KINDS = ("registers", "memories", "interrupt", "reset", "endless", "clock")
 """An error from the registers, from the memories; the interrupt lost; the engine reset in mid-burst; an attempt that never ends;

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orbsoc.hw.schedules import Engine
-from orbsoc.rtl.validation import SEQUENCERS, Format, RtlError
+from orbsoc.rtl.validation import SEQUENCERS, Format
+
+from .errors import SocError
 
 if TYPE_CHECKING:
     from .faults import Fault
@@ -19,10 +21,6 @@ REGISTERS, MEMORIES = 0x2000_0000, 0x3000_0000
 """Where the core sees the engine's two ports (rtl/soc/soc.sv)."""
 _SMALLEST = {"LANES": 1, "BANKS": 4, "ADDRESS_BITS": 4, "CODE_BITS": 4}
 """An engine for the core alone: it is there and never launched."""
-
-
-class SocError(RtlError):
-    """A computer that does not build, or a run that does not end as it should."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,8 @@ from orbsoc.flight.export import export_c
 from orbsoc.hw.schedules import Engine
 from orbsoc.rtl.validation import Format
 
-from .machine import MEMORIES, REGISTERS, SocError
+from .errors import SocError
+from .machine import MEMORIES, REGISTERS
 
 COMPILER = "riscv64-unknown-elf-gcc"
 FLAGS = (

@@ -13,7 +13,8 @@ from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine
 from orbsoc.ps.segments import Method
 
-from .machine import Machine, SocError, Waveform
+from .errors import SocError
+from .machine import Machine, Waveform
 from .program import compiled
 from .runs import FORM, cache_folder, lines_of, stage_names
 

@@ -105,7 +105,7 @@ class Approach:
         """A flight near the impulses given that meets the target; None where Newton's method finds none.
 
         `basis` of a flight, (3K, m), spans the changes of the impulses, of which the least is taken; by default each changes
-        in proportion to its size, or to `least_m_s`. The first `done` impulses stay. Newton's method has so many `flights`.
+        in proportion to its size, or to `least_m_s`. The first `done` impulses stay. Newton's method has at most `flights`.
         """
         weights = np.repeat(np.maximum(np.linalg.norm(dv_m_s, axis=1), least_m_s), 3)
         weights[: 3 * done] = 0.0
