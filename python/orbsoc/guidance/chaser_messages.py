@@ -7,14 +7,15 @@ from datetime import timedelta
 
 import numpy as np
 
-from orbsoc.orbit import EARTH, ConstantsSet, rotate_state
+from orbsoc.orbit import EARTH, ConstantsSet, Elements, rotate_state, state_from_elements
+from orbsoc.orbit.array import Array
 from orbsoc.orbit.reference_frames import frame_rotation
 from orbsoc.orbit.relative import local_frame
 
 from .ccsds import InertialManoeuvre, Subject, oem, opm
 from .impulses import ImpulseProgramme
 from .orbit_input.catalogue import parse_utc
-from .relative_flight import RelativeFlight
+from .relative_flight import RelativeFlight, fly, two_body
 
 
 def chaser_messages(
@@ -55,3 +56,22 @@ def chaser_messages(
             comment="\n".join(assumptions),
         ),
     }  # fmt: skip
+
+
+def two_body_messages(
+    name: str,
+    programme: ImpulseProgramme | None,
+    start: Array,
+    target: Elements,
+    *,
+    duration_s: float,
+    steps: int,
+    epoch_utc: str | None,
+) -> dict[str, str]:
+    """The same of a programme flown by two-body motion from `start` (6,) in (R, T, N), m and m/s; empty without a programme."""
+    if programme is None:
+        return {}
+    inertial = np.concatenate(state_from_elements(target))
+    times = np.unique(np.concatenate([np.linspace(0.0, duration_s, steps + 1), programme.times_s]))
+    flown = fly(programme, start, inertial, times, two_body)
+    return chaser_messages(name, programme, flown, comment="two-body motion", epoch_utc=epoch_utc)

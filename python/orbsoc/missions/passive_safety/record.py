@@ -7,12 +7,9 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-import numpy as np
-
-from orbsoc.guidance.chaser_messages import chaser_messages
-from orbsoc.guidance.relative_flight import fly, two_body
+from orbsoc.guidance.chaser_messages import two_body_messages
 from orbsoc.guidance.safety import CutBurn
-from orbsoc.orbit import EARTH, state_from_elements
+from orbsoc.orbit import EARTH
 
 from .paper import compare
 from .planner import ApproachPlan
@@ -149,16 +146,8 @@ def details(plan: ApproachPlan) -> str:
 
 def messages(plan: ApproachPlan) -> dict[str, str]:
     """`chaser.oem` and `chaser.opm` of a plan, by two-body motion; empty without a programme."""
-    programme, approach = plan.programme, plan.approach
-    if programme is None:
-        return {}
-    target = np.concatenate(state_from_elements(approach.orbit()))
-    times = np.unique(np.concatenate([np.linspace(0.0, approach.duration_s, STEPS + 1), programme.times_s]))
-    flown = fly(programme, approach.start, target, times, two_body)
-    return chaser_messages(
-        plan.scenario.name,
-        programme,
-        flown,
-        comment="two-body motion",
-        epoch_utc=plan.scenario.target.epoch_utc,
-    )
+    approach = plan.approach
+    return two_body_messages(
+        plan.scenario.name, plan.programme, approach.start, approach.orbit(),
+        duration_s=approach.duration_s, steps=STEPS, epoch_utc=plan.scenario.target.epoch_utc,
+    )  # fmt: skip
