@@ -171,7 +171,7 @@ class Partitioned(CSolver):
         super().__init__(_built(folder, problem, settings, fp), problem, tables_of(problem, settings), fp)
         self.pl = StandIn(problem, settings, chosen, split)
         self.pl.bus_error = self.library.pl_bus_error
-        self._hooks = hooked(self.library, self.pl)
+        self._hooks = hooked(self.library, lambda: self.pl)  # another may take its place
         assert self.attach() == 0
 
     def attach(self, polls: int = 50, patience: int = 400) -> int:
@@ -197,9 +197,9 @@ class Partitioned(CSolver):
         return super().solve(start)
 
 
-def hooked(library: ctypes.CDLL, pl: StandIn) -> tuple[Any, Any]:
-    """Have the accesses of a driver end at a stand-in, as long as what is returned is kept."""
-    hooks = _READ(lambda address: pl.read(address)), _WRITE(lambda a, v: pl.write(a, v))
+def hooked(library: ctypes.CDLL, pl: Callable[[], StandIn]) -> tuple[Any, Any]:
+    """Have the accesses of a driver end at the stand-in of the moment, as long as what is returned is kept."""
+    hooks = _READ(lambda address: pl().read(address)), _WRITE(lambda a, v: pl().write(a, v))
     for name, hook in zip(("read_hook", "write_hook"), hooks, strict=True):
         ctypes.c_void_p.in_dll(library, name).value = ctypes.cast(hook, ctypes.c_void_p).value
     return hooks

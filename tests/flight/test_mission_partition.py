@@ -39,7 +39,7 @@ def test_a_plan_on_the_device_has_the_bits_of_the_core(partition: str, tmp_path:
     on_core = CMission(folder, tmp_path / "core.so")
     on_device = CMission(folder, tmp_path / "device.so", beside=beside)
     pl = StandIn(mission.problem, Settings(), engine, split)
-    kept = hooked(on_device.library, pl)
+    kept = hooked(on_device.library, lambda: pl)
     assert on_device.library.pl_attach(on_device.solver, 50, 400) == 0
     start = mission.plans[0].start_si
     wanted = on_core.plan(start)

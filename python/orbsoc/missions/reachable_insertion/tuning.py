@@ -65,7 +65,7 @@ TURNS, DEGREE = 12, 4
 """Most steps towards the smoothest law of a duration, and its degree: enough to spread a turn over the burn."""
 LENGTHENED, SHORTENED = 0.02, (0.02, 5e-3, 1e-3, 3e-4)
 """Shares of its duration by which a law is lengthened until a grid follows it, and shortened as long as one does."""
-SHORTENED_TO_COMPARE = SHORTENED[:2]
+SHORTENED_TO_COMPARE = SHORTENED[:1]
 """… where burns from many ignitions are compared."""
 MOST_LONGER, MOST_SHORTER = 12, 60
 MADE_UNIT = 4

@@ -71,10 +71,11 @@ def ends_of(burn: Burn, laws: Array, durations: Array, steps: int) -> Array:
     left = np.maximum(1.0 - burn.flow * times[:, None, None] * durations, 1e-3)
     thrust = burn.acceleration / left * raw / np.maximum(size, 1e-12)
     square = durations**2
+    thrust *= square
 
     def force(k: int, position: Array) -> Array:
-        radius = np.sqrt(np.maximum(np.einsum("ib,ib->b", position, position), 0.01))
-        return np.asarray(square * (thrust[k] - position / radius**3))
+        radius_2 = np.maximum(np.einsum("ib,ib->b", position, position), 0.01)
+        return np.asarray(thrust[k] - position * (square / (radius_2 * np.sqrt(radius_2))))
 
     count = len(durations)
     r = np.repeat(burn.start[:3, None], count, axis=1)
