@@ -89,6 +89,10 @@ class InsertionLoop:
     def columns(self) -> Mapping[str, str]:
         return COLUMNS
 
+    @property
+    def shown(self) -> Sequence[tuple[str, str]]:
+        return ("perigee_off_km", "perigee off (km)"), ("apogee_off_km", "apogee off (km)")
+
     def vehicle(self, seed: int, number: int) -> FlyingVehicle:
         """The dispersed case of that number, with this scenario's field."""
         return FlyingVehicle.of(disperse(self.scenario, number, seed), self.scenario)
