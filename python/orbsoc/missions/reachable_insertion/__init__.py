@@ -10,6 +10,7 @@ from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
 from .on_board import on_board
+from .outer_loop import outer_loop
 from .plan import Plan, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
@@ -31,6 +32,7 @@ __all__ = [
     "disperse",
     "load_scenario",
     "on_board",
+    "outer_loop",
     "plan",
     "reproduce",
 ]

@@ -67,7 +67,7 @@ class OnBoard:
 
 def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
     """The mission of a scenario, with plans that `solve` makes of it. Raises NotOnBoard with the reason where there is none."""
-    for is_wrong, words in _what_it_has_not(scenario):
+    for is_wrong, words in what_it_has_not(scenario):
         if is_wrong:
             raise NotOnBoard(words)
     setup = InsertionSetup.of(scenario)
@@ -99,7 +99,8 @@ def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
     )
 
 
-def _what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str]]:
+def what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str]]:
+    """Whether a scenario asks for it, and in which words that is refused."""
     burn, bound, free = scenario.burn, scenario.limits.attitude_rate_deg_s, list(scenario.target.free)
     plane = scenario.verification.plane_rad
     rules = (
@@ -199,14 +200,20 @@ def _fixed(problems: list[Problem], places: Mapping[str, Places], longest_row: i
 def _sizes(
     setup: InsertionSetup, problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], rules: Rules
 ) -> dict[str, int]:
-    grid = legendre_gauss(setup.scenario.method.nodes)
+    guess_steps, check_steps = sizes_of_flights(setup)
     counts = {
         "nodes": setup.scenario.method.nodes, "entries_a": problem.A.nnz, "entries_g": problem.G.nnz, "variables": problem.n,
         "equality_rows": problem.p, "cone_rows": problem.m, "max_subproblems": rules.max_iterations,
-        "guess_steps": steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s), "check_samples": SAMPLES - 1,
-        "check_steps": ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP),
+        "guess_steps": guess_steps, "check_samples": SAMPLES - 1, "check_steps": check_steps,
     }  # fmt: skip
     return counts | {name: at for name, at in columns.items() if name != "states"} | dict(rows)
+
+
+def sizes_of_flights(setup: InsertionSetup) -> tuple[int, int]:
+    """Steps of the first guess between two nodes, and of the judging flight between two samples."""
+    grid = legendre_gauss(setup.scenario.method.nodes)
+    guess_steps = steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s)
+    return guess_steps, ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP)
 
 
 def _numbers(setup: InsertionSetup, rules: Rules) -> dict[str, float]:
