@@ -95,7 +95,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             name, iteration = SEPARATOR.join(stages), solve.events[e][1]
             begins = stages[0] == START_UP
             if e and begins:
-                works = _end(partition, solve.pattern, residency, outputs)
+                works = ending(partition, solve.pattern, residency, outputs)
                 actions += [Action(work, "ps", RESULT, s, iteration, e) for work in works]
                 residency.written(REWRITTEN, "ps")
             stage = pattern.stage(name)
@@ -104,7 +104,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             if partition.control == "ps":
                 crossing = residency.missing(stage.reads, side)
                 works += [Work("copy", side, solve.pattern, buffer) for buffer in crossing]
-                works += _run(side, solve.pattern, name, announced=partition.uses_pl)
+                works += running(side, solve.pattern, name, announced=partition.uses_pl)
             else:
                 if begins:
                     works += _attempt(trace, solve, e, residency)
@@ -113,7 +113,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             residency.written(stage.writes, side)
             outputs = stage.writes
             e += len(stages)
-        works = _end(partition, solve.pattern, residency, outputs)
+        works = ending(partition, solve.pattern, residency, outputs)
         actions += [Action(work, "ps", RESULT, s, iteration, len(solve.events)) for work in works]
     if trace.outer_loop is not None:
         last, solve = len(trace.solves), trace.solves[-1]
@@ -152,7 +152,7 @@ def _attempt(trace: Trace, solve: Solve, first: int, residency: Residency) -> li
     return [*works, Work("launch", "ps", solve.pattern, "")]
 
 
-def _end(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
+def ending(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
     """The end of an attempt: the PL is idle, and what the last stage wrote goes to the PS."""
     works = [Work("rest", "ps", pattern, "")] if partition.uses_pl else []
     if partition.control == "pl":
@@ -161,7 +161,7 @@ def _end(partition: Partition, pattern: int, residency: Residency, outputs: tupl
     return works + [Work("copy", "ps", pattern, buffer) for buffer in residency.missing(outputs, "ps")]
 
 
-def _run(side: Side, pattern: int, name: str, *, announced: bool) -> list[Work]:
+def running(side: Side, pattern: int, name: str, *, announced: bool) -> list[Work]:
     """One run of a stage: on the PL it is launched, interrupts, and has its flags read."""
     compute = Work("compute", side, pattern, name)
     if side == "ps":

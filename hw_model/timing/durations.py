@@ -48,7 +48,7 @@ class Durations:
     ) -> None:
         self.trace = trace
         self.platform = platform
-        self._source, self._partition = cycles, partition
+        self._source, self.partition = cycles, partition
         self._cycles = of_program(cycles, streams_of(trace, partition))
         self.cores = ps.computing_cores(platform, uses_pl=partition.uses_pl)
         """Cores that may share a stage."""
@@ -57,7 +57,7 @@ class Durations:
 
     def on(self, platform: Platform) -> Durations:
         """The same on another platform."""
-        return Durations(self.trace, platform, self._partition, self._source)
+        return Durations(self.trace, platform, self.partition, self._source)
 
     def parts(self, work: Work) -> tuple[Part, ...]:
         """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""

@@ -21,6 +21,7 @@ LEVELS = {
     "dispersion": 2,
     "planner": 3,
     "on_board": 3,
+    "flight": 4,
     "outer_loop": 4,
     "paper": 4,
     "figures": 4,

@@ -9,6 +9,7 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
+from .flight.loop import InsertionLoop
 from .on_board import on_board
 from .outer_loop import outer_loop
 from .plan import Plan, plan, reproduce
@@ -18,6 +19,7 @@ from .search.run import Attempt
 from .two_burns.planner import TwoBurnPlan
 
 PAPER = "004"
+closed_loop = InsertionLoop.of
 
 __all__ = [
     "COLUMNS",
@@ -29,6 +31,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "TwoBurnPlan",
+    "closed_loop",
     "disperse",
     "load_scenario",
     "on_board",

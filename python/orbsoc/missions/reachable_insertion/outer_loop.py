@@ -35,7 +35,7 @@ JUDGED: tuple[Factors, ...] = (
 
 def outer_loop(scenario: Scenario, plan: object) -> OuterLoop | None:
     """What the program does around the solves of `plan`; None where the program does not make that very plan."""
-    if not isinstance(plan, SearchResult) or any(wrong for wrong, _ in what_it_has_not(scenario)):
+    if not isinstance(plan, SearchResult) or any(wrong for wrong, _, _ in what_it_has_not(scenario)):
         return None
     nodes = scenario.method.nodes
     one = plan.attempts[0] if len(plan.attempts) == 1 else None
