@@ -12,6 +12,7 @@ from orbsoc.files.interrupts import Interrupts
 
 from . import hw_options as options
 from .failures import FAILED, exit_handling
+from .fly_runs import check_computer, executor_of, fly_runs, timing_of
 
 if TYPE_CHECKING:
     from orbsoc.fly.record import FlightRun
@@ -43,6 +44,21 @@ def fly(
     slower: Annotated[
         float, typer.Option(help="the computer is this many times as slow as it is modelled")
     ] = 1.0,
+    runs: Annotated[
+        int | None, typer.Option(help="fly this many dispersed flights instead of one", min=1)
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="processes for --runs; all cores by default", min=1)
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            help="address of a Dask scheduler for --runs, tcp://HOST:PORT, or 'embedded'", metavar="URL"
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="keep the flights of --runs that the folder has")
+    ] = False,
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -52,7 +68,8 @@ def fly(
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="output folder; out/NAME-flight by default", metavar="DIR")
+        Path | None,
+        typer.Option(help="output folder; out/NAME-flight or out/NAME-flights by default", metavar="DIR"),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="the figures")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="print flight.json on standard output")] = False,
@@ -61,11 +78,21 @@ def fly(
 
     Exit codes: 0 where no word of the verdict is bad, 1 where one is, 2 bad input, 130 interrupted.
     """
+    with exit_handling(as_json):
+        _refuse_idle_options(runs, workers=workers, dask=dask, resume=resume, flight=flight)
+    if runs is not None:
+        fly_runs(
+            lambda: _scenario(scenario, settings),
+            out if out is not None else Path("out") / f"{scenario.stem}-flights",
+            runs=runs, seed=seed, device=device, partition=partition, deadline_ms=deadline_ms, slower=slower,
+            executor=lambda: executor_of(dask, workers), resume=resume, report=report, as_json=as_json,
+        )  # fmt: skip
     with Interrupts() as interrupts:
         with exit_handling(as_json, interrupted="interrupted; nothing was written", interrupts=interrupts):
             chosen = _scenario(scenario, settings)
             folder = out if out is not None else Path("out") / f"{scenario.stem}-flight"
-            _check(folder, device, partition, deadline_ms, slower)
+            check_computer(device, partition, deadline_ms, slower)
+            _check(folder)
             run = flown(
                 chosen, seed=seed, number=flight or 0, device=device, partition=partition,
                 deadline_ms=deadline_ms, slower=slower,
@@ -109,15 +136,6 @@ def flown(
     return FlightRun(scenario, loop, found, still, computer, timing, enough)
 
 
-def timing_of(scenario: Any, deadline_ms: float | None) -> Any:
-    """The allowance of the scenario, no longer than the window."""
-    from orbsoc.fly.loop import Timing
-
-    window_s = None if deadline_ms is None else 1e-3 * deadline_ms
-    allowance_s = 1e-3 * scenario.flight.allowance_ms
-    return Timing(allowance_s if window_s is None else min(allowance_s, window_s), window_s)
-
-
 def _scenario(path: Path, settings: list[str] | None) -> BaseScenario:
     from orbsoc.missions.registry import flyable, load_scenario
 
@@ -127,17 +145,26 @@ def _scenario(path: Path, settings: list[str] | None) -> BaseScenario:
     return chosen
 
 
-def _check(folder: Path, device: str, partition: str, deadline_ms: float | None, slower: float) -> None:
-    """Refuse now what would otherwise be refused after the work is done."""
+def _refuse_idle_options(
+    runs: int | None, *, workers: int | None, dask: str | None, resume: bool, flight: int | None
+) -> None:
+    """Raises HwModelError for an option that would do nothing."""
     from hw_model import HwModelError
-    from orbsoc.files.output_folder import check_replaceable, check_writable
-    from orbsoc.hw.cycle_budget import check_names
-    from orbsoc.hw.deadlines import check_deadline
 
-    check_names(device, partition)
-    check_deadline(deadline_ms)
-    if not 0.0 < slower < float("inf"):
-        raise HwModelError(f"--slower = {slower:g}: must be a positive number; 10 is ten times as slow")
+    if runs is None:
+        idle = {"--workers": workers is not None, "--dask": dask is not None, "--resume": resume}
+        reason = "is of many flights; give --runs N, or leave it out"
+    else:
+        idle, reason = {"--flight": flight is not None}, "is of one flight; leave out --runs, or it"
+    for name, given in idle.items():
+        if given:
+            raise HwModelError(f"{name} {reason}")
+
+
+def _check(folder: Path) -> None:
+    """Refuse now what would otherwise be refused after the work is done."""
+    from orbsoc.files.output_folder import check_replaceable, check_writable
+
     check_replaceable(folder)
     check_writable(folder)
 

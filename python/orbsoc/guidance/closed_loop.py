@@ -104,6 +104,11 @@ class ClosedLoop(Protocol):
         """The figures of `outcome` in order, with their units."""
         ...
 
+    @property
+    def shown(self) -> Sequence[tuple[str, str]]:
+        """Two of them, with their labels, that show where flights end."""
+        ...
+
     def vehicle(self, seed: int, number: int) -> Vehicle:
         """The vehicle of a flight at time 0; that of flight 0 has no error that is drawn once."""
         ...

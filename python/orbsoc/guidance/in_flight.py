@@ -41,8 +41,8 @@ class Cycle(Table):
         default=120.0, ge=0.0, le=1.0e6, description="above which an orbit lasts a revolution"
     )
     instead: Annotated[tuple[Instead, ...], Strict(False)] = Field(
-        default=("shape", "energy", "perigee"),
-        description="where the target is out of reach, in order: its shape in any plane, the largest orbit, the highest perigee",
+        default=("shape",),
+        description="where the target is out of reach, in order: its shape in any plane, the largest orbit; last the highest perigee",
     )
 
 

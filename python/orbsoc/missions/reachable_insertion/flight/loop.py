@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbsoc.guidance.closed_loop import ON_TARGET, PERIOD, Answer, FlownCycles, Sensed, Trigger
+from orbsoc.guidance.closed_loop import ON_TARGET, PERIOD, Answer, Decision, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.in_flight import loss_complaints
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Solve
@@ -22,6 +22,7 @@ from ..scenario import Scenario
 from ..search.run import SearchResult
 from ..targets.target_orbit import TargetOrbit
 from ..verification import orbit_of
+from .losses import Losses
 from .motion import Burn, Engine, flown, steps_to
 from .vehicle import FlyingVehicle
 from .verdict import verdict_lines
@@ -50,6 +51,7 @@ class InsertionLoop:
     first: Burn
     warm: WarmPlanner
     target: TargetOrbit
+    losses: Losses
 
     @classmethod
     def of(cls, scenario: Scenario, solve: Solve) -> InsertionLoop:
@@ -77,7 +79,7 @@ class InsertionLoop:
         if wrong:
             raise ScenarioError(scenario.name, wrong)
         warm = WarmPlanner.of(scenario)
-        return cls(scenario, first, warm, warm.target)
+        return cls(scenario, first, warm, warm.target, Losses(scenario, warm))
 
     @property
     def period_s(self) -> float:
@@ -86,6 +88,10 @@ class InsertionLoop:
     @property
     def columns(self) -> Mapping[str, str]:
         return COLUMNS
+
+    @property
+    def shown(self) -> Sequence[tuple[str, str]]:
+        return ("perigee_off_km", "perigee off (km)"), ("apogee_off_km", "apogee off (km)")
 
     def vehicle(self, seed: int, number: int) -> FlyingVehicle:
         """The dispersed case of that number, with this scenario's field."""
@@ -108,13 +114,33 @@ class InsertionLoop:
     ) -> Answer:
         """From where the vehicle is believed to be when the allowance is over."""
         belief = self._belief(sensed, programme, allowance_s)
-        if belief.longest_s <= 0.0 or belief.at_s >= programme.end_s:
+        if belief.longest_s <= 0.0:
+            return Answer(None, belief.at_s, "there is no time or propellant left for a burn")
+        lost = belief.engine.thrust_n < self.scenario.vehicle.thrust_n
+        if not lost and belief.at_s >= programme.end_s:
             return Answer(None, belief.at_s, "the burn is over before an answer can be flown")
+        if trigger.cause != EVENT and (burn := self._again(belief, programme, solve)) is not None:
+            return self._answer(belief, burn, "planned again from the flying burn")
+        if not lost:
+            return Answer(None, belief.at_s, "no burn to the target that its own flight confirms")
+        choice = self.losses.decide(belief, programme, solve)
+        last = choice.decisions[-1] if choice.decisions else None
+        words = "nothing to decide" if last is None else f"{last.sought}: {last.found}"
+        if choice.burn is None:
+            return Answer(None, belief.at_s, words, decisions=choice.decisions)
+        return self._answer(belief, choice.burn, words, choice.decisions)
+
+    def _again(self, belief: Belief, flying: Burn, solve: Solve) -> Burn | None:
+        """The flying burn's goal once more, from where it has come."""
         if belief.engine.thrust_n == 0.0:
-            return Answer(None, belief.at_s, "the engine gives no thrust: nothing to plan")
-        found = self.warm.plan(belief, programme, solve)
-        figures = {"miss": found.miss, "left_s": 0.0 if found.burn is None else found.burn.duration_s}
-        return Answer(found.burn, belief.at_s, found.outcome.message, figures)
+            return None
+        if flying.goal == "perigee":
+            return self.losses.highest(belief, flying, solve)
+        planner = self.warm if flying.target is None else self.warm.towards(flying.target)
+        return planner.plan(belief, flying, solve).burn
+
+    def _answer(self, belief: Belief, burn: Burn, words: str, decisions: tuple[Decision, ...] = ()) -> Answer:
+        return Answer(burn, belief.at_s, words, {"left_s": burn.duration_s}, decisions)
 
     def outcome(self, vehicle: FlyingVehicle, programme: Burn) -> dict[str, float]:
         """The orbit at cut-off, osculating, beside the target's."""

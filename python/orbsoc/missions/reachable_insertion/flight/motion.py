@@ -19,6 +19,8 @@ from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations.atmosphere import LAYERS
 from orbsoc.orbit.perturbations.forces import EARTH_RATE_RAD_S, FLATTENING
 
+from ..targets.target_orbit import TargetOrbit
+
 STEP_S = 1.0
 Vector = tuple[float, float, float]
 
@@ -32,6 +34,10 @@ class Burn:
     grid: LegendreGauss
     controls: Array
     thrust_n: float
+    goal: str = "target"
+    """What it ends on: the scenario's target, or what was chosen instead."""
+    target: TargetOrbit | None = None
+    """The orbit that was chosen instead, where it is one that can be planned to again."""
 
     @property
     def end_s(self) -> float:

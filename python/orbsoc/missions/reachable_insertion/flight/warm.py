@@ -6,7 +6,7 @@ ground is not built here. The answer is flown by another integrator before it is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -79,20 +79,30 @@ class WarmPlanner:
         units, engine = self.units, belief.engine
         thruster = Thruster(belief.mass_kg, engine.thrust_n, engine.flow_kg_s)
         burn = CanonicalBurn.of(belief.state, thruster, belief.longest_s, units)
-        left_s = (flying.end_s - belief.at_s) * flying.thrust_n / engine.thrust_n
+        left_s = max(flying.end_s - belief.at_s, 1.0) * flying.thrust_n / engine.thrust_n
         grid = flying.grid
-        reference = Iterate(self._flown(belief, flying, grid, min(left_s, belief.longest_s)))
+        reference = Iterate(self.reference(belief, flying, grid, min(left_s, belief.longest_s)))
         outcome = sequential_convex(reference, partial(self._about, burn), solve=solve, rules=RULES)
         if outcome.reason is ExitReason.INTERRUPTED:
             raise KeyboardInterrupt
         if outcome.reason not in USABLE:
             return WarmAnswer(None, outcome, np.inf, np.inf)
         arc = outcome.iterate.trajectory
-        found = Burn(belief.at_s, arc.duration * units.time_s, arc.grid, arc.controls, engine.thrust_n)
+        found = replace(
+            flying,
+            start_s=belief.at_s,
+            duration_s=arc.duration * units.time_s,
+            controls=arc.controls,
+            thrust_n=engine.thrust_n,
+        )
         end, excess = self.end_of(belief, found)
         miss = float(np.abs(self.target.conditions(end[None])).max())
         good = miss <= MISS and excess <= THRUST_EXCESS
         return WarmAnswer(found if good else None, outcome, miss, excess)
+
+    def towards(self, target: TargetOrbit) -> WarmPlanner:
+        """The same to another orbit."""
+        return replace(self, target=target, patterns={})
 
     def end_of(self, belief: Belief, burn: Burn) -> tuple[Array, float]:
         """Where a burn ends from a belief, canonical (6,), and by how much its interpolant is longer than 1."""
@@ -112,7 +122,7 @@ class WarmPlanner:
             self.patterns[nodes] = ProblemData.of(built.problem, nodes, self.slack_weight)
         return self.patterns[nodes].about(burn, self.target, reference)
 
-    def _flown(self, belief: Belief, flying: Burn, grid: LegendreGauss, duration_s: float) -> Trajectory:
+    def reference(self, belief: Belief, flying: Burn, grid: LegendreGauss, duration_s: float) -> Trajectory:
         """What the flying attitude would do from a belief, at the nodes; one step from node to node."""
         at = np.concatenate([[0.0], 0.5 * (grid.nodes + 1.0), [1.0]])
         middles = 0.5 * (at[1:] + at[:-1])
