@@ -80,7 +80,7 @@ def work_counts(work: Work, durations: Durations, microcode_word_bits: int, know
         counts["microcode_bit"] += stored.bits if stored and exact else found.cycles * microcode_word_bits
     elif work.kind == "copy":
         counts["beat"] += -(-durations.size_bytes(work) // BEAT_BYTES)
-    elif work.kind != "compute" and work.kind != "build":
+    elif work.kind not in ("compute", "build", "outer"):
         buffers = len(durations.trace.patterns[work.pattern].buffers)
         confirm = link.status_register_reads.value - (-buffers // link.flags_per_register.value)
         frame, acknowledged = link.frame_register_writes.value, link.acknowledge_register_writes.value

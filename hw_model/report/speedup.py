@@ -50,8 +50,10 @@ if TYPE_CHECKING:
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
 SCHEMA = "orbsoc.hardware-report/1"
 
-NOT_MODELLED = (
+ASSUMED_GENERATION = (
     "Generating a problem is priced by its nonzeros, from an assumed cost each; of the rest of the outer loop, nothing.",
+)
+NOT_MODELLED = (
     "No contention between PS and PL for memory beyond the jitter's bound.",
     "Copies inside a stage are free unless the trace counts them as moves.",
     "Whether the buffers and the engine fit into the device is `orbsoc hw budget`'s question.",
@@ -147,6 +149,8 @@ class Report:
     """The same comparison at each price of the PS's work; one where the trace has no counts to price."""
     throughput: tuple[Throughput, ...]
     """Problems of these patterns back to back, with one, two and four in flight."""
+    outer_loop: str
+    """How what happens around the solves was counted; empty where only an assumed generation of problems is priced."""
     assumptions: tuple[Assumption, ...]
 
     def __repr__(self) -> str:
@@ -236,7 +240,7 @@ class Report:
     @property
     def not_modelled(self) -> tuple[str, ...]:
         """What the numbers leave out."""
-        return ESTIMATED + NOT_MODELLED if self.estimated else NOT_MODELLED
+        return ESTIMATED * self.estimated + ASSUMED_GENERATION * (not self.outer_loop) + NOT_MODELLED
 
     @property
     def slower_modules(self) -> tuple[ModuleRow, ...]:
@@ -355,6 +359,7 @@ def speedup(
         energy=_energy(actions, durations, partition),
         baseline_energy=_energy(base_actions, base_durations, base),
         prices=prices,
+        outer_loop=trace.outer_loop.source if trace.outer_loop else "",
         assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
     )
 

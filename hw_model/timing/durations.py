@@ -119,6 +119,8 @@ class Durations:
             case "build":
                 cycles = ps.build_cycles(self.trace.patterns[work.pattern], self.platform.ps)
                 return [self._on_ps(cycles, "build")]
+            case "outer":
+                return [self._outer(work)]
             case "compute":
                 return self._on_pl(work) if work.side == "pl" else [self._stage_on_ps(work)]
 
@@ -167,6 +169,14 @@ class Durations:
         [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
         late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
         return Part("ps", picoseconds, cycles, late, detail, shared)
+
+    def _outer(self, work: Work) -> Part:
+        """Counted work of one thread around the solves."""
+        assert self.trace.outer_loop is not None  # actions_of has made sure
+        cycles = ps.outer_cycles(self.trace.outer_loop.works[int(work.what)], self.platform.ps)
+        [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
+        late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
+        return Part("ps", picoseconds, cycles, late, "outer loop")
 
     def _on_control(self, work: Work) -> Part:
         """The operation control, between two segments."""

@@ -29,6 +29,7 @@ from .verdict import Question, Verdict, VerdictLine, Word
 
 if TYPE_CHECKING:
     from .impulses import ImpulseProgramme
+    from .outer_loop import OuterLoop
 
 
 class PlanStatus(enum.Enum):
@@ -308,6 +309,10 @@ class OnBoard(Mission, Protocol):
     def on_board(self, scenario: Any, solve: Solve, /) -> Any:
         """What `orbsoc.flight.export_c` takes as `mission`, with plans that `solve` makes of it. Raises NotOnBoard where the
         scenario asks for what the program has not."""
+        ...
+
+    def outer_loop(self, scenario: Any, plan: Any, /) -> OuterLoop | None:
+        """What the program does around the solves of a plan of that scenario; None where it does not make that very plan."""
         ...
 
 

@@ -17,14 +17,18 @@ from hw_model.timing.schedules import engine_of
 from hw_model.timing.stage_cycles import estimated
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.guidance.mission import SolvedProblem
+from orbsoc.guidance.outer_loop import OuterLoop
 from orbsoc.guidance.scp import Solve
 from orbsoc.hw.emulation import PsScheduler
 from orbsoc.solving.solver import solve
 
 from .exact_cycles import exact_cycles
+from .outer_loop import with_outer_loop
 
-SCOPE = "the conic solves of the plan"
+SOLVES = "the conic solves of the plan"
 """What the time is modelled of: each problem's generation, as assumed, and its solve; not the rest of the outer loop."""
+WHOLE = "the whole plan"
+"""The same with the outer loop, where the mission has a program in C and its instructions were counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,11 @@ class CycleBudget:
     timeline: hw_model.Timeline
     """The same run, piece by piece."""
 
+    @property
+    def scope(self) -> str:
+        """What the time is of."""
+        return WHOLE if self.report.outer_loop else SOLVES
+
     def draw(self, path: Path) -> None:
         """The run as a Gantt chart of PS, PL modules, link and interrupts, with its longest iteration magnified; PNG."""
         gantt_figure(self.timeline, path)
@@ -53,7 +62,7 @@ class CycleBudget:
     def headline(self) -> str:
         """The model's headline, and what it is about."""
         cycles = "" if self.report.estimated else f" {self.cycles} PL cycles;"
-        return f"{SCOPE}, {self.report.headline};{cycles} {self.fit}; {self.report.price_line}; {self.report.energy_line}"
+        return f"{self.scope}, {self.report.headline};{cycles} {self.fit}; {self.report.price_line}; {self.report.energy_line}"
 
     @property
     def cycles(self) -> str:
@@ -72,21 +81,20 @@ class CycleBudget:
         if found is None:
             return (
                 f"no deadline verdict: there is no verified plan that could meet {self.deadline_ms:g} ms;"
-                f" {SCOPE} that was tried take a modelled {took}"
+                f" {SOLVES} that was tried take a modelled {took}"
             )
         said = f"{took} {found.words}; binding is {self.report.bottleneck}"
         judged = f"{said}; {self.fit}" if self.area.fits else f"{self.fit}; if it did, {said}"
-        return (
-            f"modelled deadline verdict for {SCOPE}, {self.cycles} PL cycles: {found.verdict}: {judged};"
-            " the rest of the outer loop is not in it"
-        )
+        left_out = "" if self.report.outer_loop else "; the rest of the outer loop is not in it"
+        return f"modelled deadline verdict for {self.scope}, {self.cycles} PL cycles: {found.verdict}: {judged}{left_out}"
 
     def summary(self) -> dict[str, Any]:
         """The `hardware` entry of `plan.json`; every number is modelled at the nominal parameters."""
         report = self.report
         return {
             "provenance": "modelled",
-            "scope": SCOPE,
+            "scope": self.scope,
+            "outer_loop": report.outer_loop,
             "device": report.device,
             "partition": report.partition,
             "cycles": dict(report.cycles),
@@ -109,7 +117,7 @@ class CycleBudget:
     def to_dict(self) -> dict[str, Any]:
         """The content of `hardware.json`."""
         words = {"headline": self.headline, "deadline_line": self.deadline_line}
-        return {"same_bits": self.same_bits, "scope": SCOPE, **self.report.to_dict(), **words}
+        return {"same_bits": self.same_bits, "scope": self.scope, **self.report.to_dict(), **words}
 
 
 def check_names(device: str, partition: str, *, exact: bool = True) -> None:
@@ -132,11 +140,12 @@ def cycle_budget(
     verified: bool,
     scheduled: PsScheduler | None = None,
     exact: bool = True,
+    outer_loop: OuterLoop | None = None,
 ) -> CycleBudget:
     """Price every subproblem of a plan on `device` under `partition`.
 
     The trace is that of `scheduled`, the scheduler that made the plan, or comes from solving the same subproblems
-    again on a new one. `exact`: cycles of the PL from schedules, not estimated. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
+    again on a new one. `outer_loop`: what the program on board does around the solves, where it was counted. `exact`: cycles of the PL from schedules, not estimated. `deadline_ms` is judged only for a `verified` plan: no deadline is met without one. Either way each is solved by the other path too, and the bits are compared.
     Raises `hw_model.HwModelError` for unknown names or an impossible deadline, KeyboardInterrupt when a solve was
     interrupted: a truncated trace would be priced too low.
     """
@@ -150,7 +159,8 @@ def cycle_budget(
         same_bits &= _same_bits(again, row.solution)
     judged_ms = deadline_ms if verified else None
     cycles = exact_cycles(scheduler.patterns, settings=scheduler.pattern_settings) if exact else estimated
-    trace, platform = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
+    trace = hw_model.parse_trace(with_outer_loop(scheduler.trace, outer_loop))
+    platform = hw_model.load_platform(device)
     split = chosen_partition(partition, trace, platform, cycles)
     report = hw_model.speedup(trace, platform, split, deadline_ms=judged_ms, cycles=cycles)
     area = budget(trace, platform, split, cycles)

@@ -96,6 +96,8 @@ def _planned(path: Path, ordering: str | None) -> Workload:
     from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import load_scenario
 
+    from .outer_loop import outer_loop_of, with_outer_loop
+
     scheduler = PsScheduler(every_ordering=ordering)
     mission, scenario = load_scenario(path)
     plan = mission.plan(scenario, solve=scheduler)
@@ -103,12 +105,19 @@ def _planned(path: Path, ordering: str | None) -> Workload:
         raise KeyboardInterrupt
     if not scheduler.trace["solves"]:
         raise WorkloadError(f"{path}: the plan ended before its first conic solve: {plan.message}")
-    return _record_of(scheduler, path, "plan")
+    trace = with_outer_loop(scheduler.trace, outer_loop_of(mission, scenario, plan))
+    return _record_of(scheduler, path, "plan", trace)
 
 
-def _record_of(scheduler: PsScheduler, path: Path, what: str) -> Workload:
+def _record_of(
+    scheduler: PsScheduler, path: Path, what: str, trace: dict[str, Any] | None = None
+) -> Workload:
     return record_trace(
-        scheduler.trace, path.stem, f"{what} of {path.name}", scheduler.patterns, scheduler.pattern_settings
+        trace or scheduler.trace,
+        path.stem,
+        f"{what} of {path.name}",
+        scheduler.patterns,
+        scheduler.pattern_settings,
     )
 
 

@@ -11,6 +11,7 @@ from orbsoc.guidance.scenario_file import ScenarioError
 from .dispersion import DISPERSION, disperse
 from .flight.loop import InsertionLoop
 from .on_board import on_board
+from .outer_loop import outer_loop
 from .plan import Plan, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
@@ -34,6 +35,7 @@ __all__ = [
     "disperse",
     "load_scenario",
     "on_board",
+    "outer_loop",
     "plan",
     "reproduce",
 ]

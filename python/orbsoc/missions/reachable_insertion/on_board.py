@@ -141,14 +141,20 @@ def _recorded(setup: InsertionSetup, attempt: Attempt) -> RecordedPlan:
 def _sizes(
     setup: InsertionSetup, problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], rules: Rules
 ) -> dict[str, int]:
-    grid = legendre_gauss(setup.scenario.method.nodes)
+    guess_steps, check_steps = sizes_of_flights(setup)
     counts = {
         "nodes": setup.scenario.method.nodes, "entries_a": problem.A.nnz, "entries_g": problem.G.nnz, "variables": problem.n,
         "equality_rows": problem.p, "cone_rows": problem.m, "max_subproblems": rules.max_iterations,
-        "guess_steps": steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s), "check_samples": SAMPLES - 1,
-        "check_steps": ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP),
+        "guess_steps": guess_steps, "check_samples": SAMPLES - 1, "check_steps": check_steps,
     }  # fmt: skip
     return counts | {name: at for name, at in columns.items() if name != "states"} | dict(rows)
+
+
+def sizes_of_flights(setup: InsertionSetup) -> tuple[int, int]:
+    """Steps of the first guess between two nodes, and of the judging flight between two samples."""
+    grid = legendre_gauss(setup.scenario.method.nodes)
+    guess_steps = steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s)
+    return guess_steps, ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP)
 
 
 def _numbers(setup: InsertionSetup, rules: Rules) -> dict[str, float]:
