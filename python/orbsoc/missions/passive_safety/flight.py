@@ -11,8 +11,8 @@ import numpy as np
 from orbsoc.guidance.closed_loop import ON_TARGET, Answer, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.impulsive_flight import Chaser, Impulses, next_burn
-from orbsoc.guidance.safety import drift_clearance
 from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.safety import drift_clearance
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Solve
 from orbsoc.guidance.verdict import Question, VerdictLine, Word
