@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import orbsoc.hw.cycle_budget
 from benchmarks.guidance import rendezvous
 from hw_model import Platform, load_platform
 from orbsoc import Cones, Problem, PsScheduler, Settings, Solution, Status, solve
@@ -123,7 +122,7 @@ def test_a_plan_that_ends_otherwise_in_the_other_order_is_priced_in_the_hosts(
         found = whole(self, *arguments, **options)
         return found if self._ordering is None else replace(found, status=Status.NUMERICAL_LIMIT)
 
-    monkeypatch.setattr(orbsoc.hw.cycle_budget.PsScheduler, "__call__", other)
+    monkeypatch.setattr(PsScheduler, "__call__", other)
     assert budget_of(solve(CHAINED, tol=1e-8)).ordering == HOST
 
 
