@@ -303,12 +303,14 @@ def speedup(
     deadline_ms: float | None = None,
     baseline: Partition | str | Path = "all_ps",
     cycles: StageCycles = estimated,
+    baseline_trace: Mapping[str, Any] | Trace | None = None,
 ) -> Report:
     """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths; "best" is the fastest
     partition that fits).
 
     Bands come from the parameters that have `low` and `high`: PS, fabric (PL, link and interrupts) and generation
-    of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace.
+    of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace. `baseline_trace`
+    is of the same solves as the baseline runs them: a core alone may be faster in another order of elimination.
     Raises TraceError, PlatformError, PartitionError, or HwModelError for an impossible deadline.
     """
     if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
@@ -317,7 +319,8 @@ def speedup(
     partition = chosen_partition(partition, trace, platform, cycles)
     base = as_partition(baseline)
     actions, durations, timeline = _run(trace, platform, partition, cycles)
-    base_actions, base_durations, before = _run(trace, platform, base, cycles)
+    base_trace = trace if baseline_trace is None else parse_trace(baseline_trace)
+    base_actions, base_durations, before = _run(base_trace, platform, base, cycles)
     if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
         raise HwModelError("the trace takes no time at all: its solves run no operations")
     times_ms, base_ms = _times_ms(actions, durations), _times_ms(base_actions, base_durations)

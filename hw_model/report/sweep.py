@@ -41,19 +41,21 @@ class SweepError(HwModelError):
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Axes of a grid. `workload` is the file to record, relative to the sweep file, where it names one."""
+    """Axes of a grid. `workload` is the file to record, relative to the sweep file, where it names one; `orderings` are orders
+    of elimination, by the solver's names; (): the fastest of each point."""
 
     devices: tuple[str, ...]
     partitions: tuple[str, ...]
     axes: Mapping[str, tuple[Any, ...]]
     workload: Path | None = None
+    orderings: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of points."""
-        return (
-            len(self.devices) * len(self.partitions) * math.prod(len(values) for values in self.axes.values())
-        )
+        orders = max(1, len(self.orderings))
+        computers = len(self.devices) * math.prod(len(values) for values in self.axes.values())
+        return orders * len(self.partitions) * computers
 
 
 def load_sweep(path: str | Path) -> Sweep:
@@ -71,8 +73,9 @@ def load_sweep(path: str | Path) -> Sweep:
     if workload is not None and not isinstance(workload, str):
         raise SweepError(f"{where}: `workload` = {workload!r}: must be the path of a file")
     devices, partitions = flat.pop("device", ("zu9eg",)), flat.pop("partition", ("paper",))
+    orderings = flat.pop("ordering", ())
     place = None if workload is None else Path(path).parent / workload
-    return checked(Sweep(devices, partitions, flat, place), where)
+    return checked(Sweep(devices, partitions, flat, place, orderings), where)
 
 
 def checked(sweep: Sweep, where: str) -> Sweep:
@@ -163,7 +166,7 @@ def _values(where: str, key: str, value: Any) -> tuple[Any, ...]:
     if not isinstance(value, list) or not value:
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of at least one value")
     values: list[Any] = value
-    if key in ("device", "partition") and not all(isinstance(item, str) for item in values):
+    if key in ("device", "partition", "ordering") and not all(isinstance(item, str) for item in values):
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of names")
     if any(item in values[:k] for k, item in enumerate(values)):
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: names a value twice")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,8 +13,10 @@ from . import hw_options as options
 from .failures import exit_handling
 
 if TYPE_CHECKING:
+    from hw_model import Platform
     from hw_model.report.study import Point
-    from hw_model.report.sweep import Sweep
+    from hw_model.report.sweep import Refused, Sweep
+    from orbsoc.hw.workload import Workload
 
 
 def sweep(
@@ -33,16 +35,18 @@ def sweep(
     with exit_handling(as_json):
         from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
-        from hw_model.report.study import Study, pareto
-        from hw_model.report.sweep import load_sweep, possible_computers, run
+        from hw_model.report.study import pareto
+        from hw_model.report.sweep import load_sweep, possible_computers
         from hw_model.report.usage import STUDY_USAGE
         from orbsoc.hw.workload import load_workload
 
         chosen = load_sweep(file)
-        record = load_workload(_workload(chosen, workload, file))
+        _check_orderings(chosen, file)
+        place = _workload(chosen, workload, file)
+        record = load_workload(place)
         platforms = [platform for platform, _ in possible_computers(chosen)[0]]
         cycles = options.stage_cycles(record, exact=exact, computers=platforms)
-        points, refused = run(record.trace, chosen, Study(record.trace, cycles))
+        points, refused = _points(place, record, chosen, platforms, exact)
         front = pareto(points)
         first = {platform.name: platform for platform in reversed(platforms)}
         widest = max(map(load_partition, chosen.partitions), key=lambda split: split.uses_pl)
@@ -52,6 +56,7 @@ def sweep(
             "workload": record.origin,
             "points": len(points),
             "axes": {"device": list(chosen.devices), "partition": list(chosen.partitions)}
+            | ({"ordering": list(chosen.orderings)} if chosen.orderings else {})
             | {key: list(values) for key, values in chosen.axes.items()},
             "refused": [asdict(each) for each in refused],
             "pareto": [point.row() for point in front],
@@ -83,6 +88,60 @@ def sweep(
             *([f"… and {len(refused) - _SHOWN} more without a point"] if len(refused) > _SHOWN else []),
         ]
         options.print_report(lines, document, folder, as_json=as_json)
+
+
+def _check_orderings(chosen: Sweep, file: Path) -> None:
+    """Raise SweepError for an order of elimination that the solver does not know."""
+    from hw_model.report.sweep import SweepError
+    from orbsoc.hw.elimination import ORDERS
+
+    for name in chosen.orderings:
+        if name not in ORDERS:
+            raise SweepError(
+                f"sweep {file.name}: `axes.ordering` = {name!r}: allowed are {', '.join(ORDERS)}"
+            )
+
+
+def _points(
+    place: Path, record: Workload, chosen: Sweep, platforms: list[Platform], exact: bool | None
+) -> tuple[list[Point], list[Refused]]:
+    """The points of each order of the sweep, or of each the one in the fastest order; and what has none in any order.
+
+    Raises SweepError for an axis of orders where the record is a trace, which has its own.
+    """
+    from hw_model.report.study import Study
+    from hw_model.report.sweep import SweepError, run
+    from orbsoc.hw.elimination import (
+        HOST,
+        differing_orders,
+        fastest_points,
+        named,
+        with_fastest_baseline,
+    )
+    from orbsoc.hw.workload import load_workload
+
+    if record.has_order and chosen.orderings:
+        raise SweepError(f"`axes.ordering`: {place.name} has its own order; give a scenario or a problem")
+    works = {HOST: record}
+    for name in chosen.orderings or (() if record.has_order else differing_orders(record)):
+        works[name] = works.get(name) or load_workload(place, name)
+    priced: dict[str, list[Point]] = {}
+    without: dict[str, list[Refused]] = {}
+    for name in chosen.orderings or works:
+        cycles = options.stage_cycles(works[name], exact=exact, computers=platforms)
+        priced[name], without[name] = run(works[name].trace, chosen, Study(works[name].trace, cycles))
+    if record.has_order:
+        return priced[HOST], without[HOST]
+    if not chosen.orderings:
+        refused = [each for each in without[HOST] if all(each in others for others in without.values())]
+        return fastest_points(priced), refused
+    settled = with_fastest_baseline(priced)
+    points = [named(point, name) for name, found in settled.items() for point in found]
+    return points, [
+        replace(each, settings={"ordering": name, **each.settings})
+        for name, found in without.items()
+        for each in found
+    ]
 
 
 def _line(point: Point) -> str:
