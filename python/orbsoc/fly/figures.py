@@ -41,14 +41,20 @@ def draw_flight(run: FlightRun, folder: Path) -> tuple[FigureFile, ...]:
             flown.barh(0.0, end - begin, left=begin, height=0.6, color=BLUE if k % 2 else GREY, alpha=0.7)
         for _, programme in run.flight.programmes:
             flown.plot([programme.end_s], [0.45], marker="v", color="#222222", ms=4.0)
-        flown.set_yticks([])
-        flown.set_ylabel("programme")
+        lost = [c for c in run.flight.cycles if c.answer and c.answer.programme and not c.fate.is_flown]
+        for cycle in lost:
+            assert cycle.answer is not None
+            assert cycle.answer.programme is not None
+            begin, end = cycle.answer.from_s, cycle.answer.programme.end_s
+            flown.plot([begin, end], [-0.8, -0.8], color=COLOURS[cycle.fate], ls="--", lw=1.2, marker="|")
+        flown.set_yticks([0.0, -0.8] if lost else [0.0], ["flown", "not flown"] if lost else ["flown"])
+        flown.set_ylim(-1.2 if lost else -0.6, 0.7)
         flown.set_xlabel("time from the scenario's state (s)")
         flown.set_xlim(0.0, 1.02 * run.flight.vehicle.time_s)
         times.set_xlim(flown.get_xlim())
         times.set_title(f"{run.scenario.name} on {run.computer.name}", fontsize=10)
     caption = (
         "Above, the modelled time of each computation at the time it began, by what became of it; below, the programmes that were"
-        " flown, one colour each by turns, and where each of them would have ended."
+        " flown, one colour each by turns, where each of them would have ended, and the answers that were not flown."
     )
     return (write_png(figure, folder, "flight.png", caption),)
