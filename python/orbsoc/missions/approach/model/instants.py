@@ -16,8 +16,8 @@ KEEP_OUT, CORRIDOR, SPEED, HOLD, AWAY = KINDS = ("keep_out", "corridor", "speed"
 ACTIVE: Final = 0.1
 """Of a row, m, or what speeds it is worth: one that a solution keeps by less is not given up."""
 
-ALIKE_ORBIT, ALIKE_ARC = 60, 6
-"""Of an orbit, for drifts, and of an arc: two instants that are nearer to each other do not need a row each."""
+ALIKE_ORBIT, ALIKE_ARC, ALIKE_FRACTION = 60, 6, 0.05
+"""Of an orbit, for drifts, of an arc, and of a burn: two instants that are nearer to each other do not need a row each."""
 PASSES = 3
 """Of the drift after an impulse, whole or cut, for which there are rows at first."""
 
@@ -29,6 +29,10 @@ class Instant:
     arc: int
     t_s: float
     fraction: float = 1.0
+
+    def is_like(self, other: Instant, near_s: float) -> bool:
+        """Whether it is so near to another one that they do not need a row each."""
+        return abs(self.t_s - other.t_s) < near_s and abs(self.fraction - other.fraction) < ALIKE_FRACTION
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +113,8 @@ class Room:
             others: list[Instant] = []
             for each, slack in sorted(wanted.items(), key=lambda pair: pair[1]):
                 beside = [other for other in kept if other.arc == each.arc]
-                alike = any(abs(other.t_s - each.t_s) < self.alike_s[kind][each.arc] for other in beside)
+                near_s = self.alike_s[kind][each.arc]
+                alike = any(each.is_like(other, near_s) for other in beside)
                 if not alike and slack < ACTIVE:
                     kept.append(each)
                     counts[kind][each.arc] = max(counts[kind][each.arc], len(beside) + 1)
