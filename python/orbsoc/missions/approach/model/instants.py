@@ -16,7 +16,7 @@ KEEP_OUT, CORRIDOR, SPEED, HOLD, AWAY = KINDS = ("keep_out", "corridor", "speed"
 ACTIVE: Final = 0.1
 """Of a row, m, or what speeds it is worth: one that a solution keeps by less is not given up."""
 
-ALIKE_ORBIT, ALIKE_ARC, ALIKE_FRACTION = 60, 6, 0.05
+ALIKE_ORBIT, ALIKE_ARC, ALIKE_FRACTION = 60, 4, 0.1
 """Of an orbit, for drifts, of an arc, and of a burn: two instants that are nearer to each other do not need a row each."""
 PASSES = 3
 """Of the drift after an impulse, whole or cut, for which there are rows at first."""
@@ -94,6 +94,7 @@ class Room:
                 counts[kind][each.arc] += 1
         counts[KEEP_OUT][: approach.guarded] = PASSES
         counts[CORRIDOR] *= 2
+        counts[HOLD] *= 2
         if np.isinf(approach.horizon_s):
             counts[AWAY][: approach.guarded] = 1
         arcs = (approach.ends_s - approach.times_s) / ALIKE_ARC
@@ -124,5 +125,7 @@ class Room:
                 if sum(other.arc == each.arc for other in kept) < counts[kind][each.arc]:
                     kept.append(each)
             found[kind] = tuple(kept)
+        drifts = counts[KEEP_OUT]
+        drifts[drifts > 0] = drifts.max()  # where one drift has too few rows others soon have
         same = all((counts[kind] == self.counts[kind]).all() for kind in KINDS)
         return Instants(**found), self if same else Room(counts, self.alike_s)
