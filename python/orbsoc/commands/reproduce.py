@@ -122,8 +122,10 @@ def _computed(
 
 def _markdown(rows: Mapping[str, Sequence[PaperRow]]) -> str:
     """A table a mission."""
-    lines: list[str] = []
+    papers = sorted({MISSIONS[name].PAPER for name in rows} - {""})
+    of_papers = f"Paper{'s' * (len(papers) > 1)} {' and '.join(papers)}: printed and computed"
+    lines = [f"# {of_papers if papers else 'Printed and computed'}"]
     for name, found in rows.items():
         lines += ["", f"## {name}", "", f"| {' | '.join(COLUMNS)} |", "|" + "---|" * len(COLUMNS)]
         lines += (f"| {' | '.join(getattr(row, column) for column in COLUMNS)} |" for row in found)
-    return "\n".join(lines[1:])
+    return "\n".join(lines)
