@@ -129,7 +129,7 @@ def flown(
 
     solver, computer = OnboardSolver(), Computer(device, partition, slower)
     loop = flyable(scenario).closed_loop(scenario, solver)
-    timing = timing_of(scenario, deadline_ms)
+    timing = timing_of(loop, deadline_ms)
     found = fly_once(loop, computer, solver, timing, seed=seed, number=number)
     still = fly_once(loop, None, solver, timing, seed=seed, number=number)
     enough = enough_for(loop, found, computer, solver, timing)

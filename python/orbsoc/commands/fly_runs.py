@@ -15,6 +15,7 @@ from .failures import FAILED, exit_handling
 
 if TYPE_CHECKING:
     from orbsoc.fly.loop import Timing
+    from orbsoc.guidance.closed_loop import ClosedLoop
     from orbsoc.guidance.scenario_file import BaseScenario
     from orbsoc.sweep import Executor
 
@@ -26,13 +27,12 @@ def executor_of(dask: str | None, workers: int | None) -> Executor:
     return made(dask, workers)
 
 
-def timing_of(scenario: Any, deadline_ms: float | None) -> Timing:
-    """The allowance of the scenario, no longer than the window."""
+def timing_of(loop: ClosedLoop, deadline_ms: float | None) -> Timing:
+    """The allowance of the loop, no longer than the window."""
     from orbsoc.fly.loop import Timing
 
     window_s = None if deadline_ms is None else 1e-3 * deadline_ms
-    allowance_s = 1e-3 * scenario.flight.allowance_ms
-    return Timing(allowance_s if window_s is None else min(allowance_s, window_s), window_s)
+    return Timing(loop.allowance_s if window_s is None else min(loop.allowance_s, window_s), window_s)
 
 
 def check_computer(device: str, partition: str, deadline_ms: float | None, slower: float) -> None:
@@ -84,7 +84,7 @@ def fly_runs(
         scenario = load()
         check_computer(device, partition, deadline_ms, slower)
         loop = flyable(scenario).closed_loop(scenario, OnboardSolver())  # refuse now what cannot be flown
-        timing = timing_of(scenario, deadline_ms)
+        timing = timing_of(loop, deadline_ms)
         study = Study(scenario.model_dump(mode="json"), device, partition, slower, timing, runs, seed)
         with SweepProgress(Console(stderr=True)) as progress:
             fly_many(study, folder, executor(), progress, resume=resume)

@@ -7,13 +7,16 @@ from typing import NamedTuple
 
 from orbsoc import _core
 from orbsoc.conic.pattern import pattern_digest
-from orbsoc.conic.problem import Problem
+from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
 from orbsoc.solving.solver import DEFAULTS, engine, solution_of
 
 PatternKey = tuple[bytes, str, int]
 """What shapes the operations of a solve: sparsity, order of elimination, passes of equilibration."""
+
+
+_Sizes = tuple[int, int, int, Cones, Settings]
 
 
 class Ran(NamedTuple):
@@ -45,8 +48,7 @@ class OnboardSolver:
 
     patterns: dict[PatternKey, Pattern] = field(default_factory=dict)
     ran: list[Ran] = field(default_factory=list)
-    _engines: dict[tuple[PatternKey, Settings], _core.Engine] = field(default_factory=dict)
-    _digests: dict[tuple[int, int], tuple[bytes, Problem]] = field(default_factory=dict)
+    _engines: dict[_Sizes, list[tuple[PatternKey, _core.Engine]]] = field(default_factory=dict)
     _last: dict[PatternKey, Solution] = field(default_factory=dict)
 
     def begin(self) -> None:
@@ -57,12 +59,7 @@ class OnboardSolver:
     def __call__(self, problem: Problem, settings: Settings | None = None, /) -> Solution:
         """Solve; Ctrl-C is a status, as it is of `orbsoc.solve`."""
         chosen = settings or DEFAULTS
-        key = (self._digest(problem), chosen.ordering, chosen.ruiz_passes)
-        native = self._engines.get((key, chosen))
-        if native is None:
-            native = self._engines[key, chosen] = engine(problem, chosen)
-        else:
-            native.update(problem)
+        key, native = self._analysed(problem, chosen)
         last = self._last.get(key)
         solution = solution_of(native.solve(None, None if last is None else (last.x, last.y, last.z, last.s)))
         if key not in self.patterns:
@@ -73,10 +70,16 @@ class OnboardSolver:
         self.ran.append(Ran(key, solution.status.name, solution.iterations, tuple(native.events())))
         return solution
 
-    def _digest(self, problem: Problem) -> bytes:
-        """Of the sparsity; problems that share the index arrays of one that is kept share it."""
-        places = (id(problem.A.indices), id(problem.G.indices))
-        known = self._digests.get(places)
-        if known is None or known[1].A.indices is not problem.A.indices:
-            known = self._digests[places] = pattern_digest(problem), problem
-        return known[0]
+    def _analysed(self, problem: Problem, settings: Settings) -> tuple[PatternKey, _core.Engine]:
+        """The engine of the problem's pattern, which holds its numbers; an engine refuses those of another pattern."""
+        sizes = (problem.n, problem.p, problem.m, problem.cones, settings)
+        known = self._engines.setdefault(sizes, [])
+        for key, native in known:
+            try:
+                native.update(problem)
+            except _core.CoreError:
+                continue
+            return key, native
+        key = (pattern_digest(problem), settings.ordering, settings.ruiz_passes)
+        known.append((key, engine(problem, settings)))
+        return known[-1]

@@ -100,6 +100,11 @@ class ClosedLoop(Protocol):
         ...
 
     @property
+    def allowance_s(self) -> float:
+        """How long after its trigger an answer is to take over."""
+        ...
+
+    @property
     def columns(self) -> Mapping[str, str]:
         """The figures of `outcome` in order, with their units."""
         ...

@@ -78,3 +78,12 @@ def loss_complaints(loss: ThrustLoss, burn_s: float) -> Iterator[Complaint]:
         yield Complaint("event.at_s", f"{loss.at_s:g}", allowed)
     if loss.thrust_kept > 0.0 and loss.flow <= 0.0:
         yield Complaint("event.flow_kept", f"{loss.flow:g}", "leaves thrust without flow; must be above 0")
+
+
+class BurnCycle(Table):
+    """Re-plans before the impulses of a rendezvous, and what counts as reached; of `orbsoc fly` alone."""
+
+    lead_s: float = Field(
+        default=60.0, gt=0.0, le=1.0e5, description="before an impulse, that guidance begins to plan it again"
+    )
+    miss_m: Positive = Field(default=10.0, description="by which a flight may end beside its goal")

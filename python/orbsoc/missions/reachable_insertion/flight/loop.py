@@ -86,6 +86,10 @@ class InsertionLoop:
         return self.scenario.flight.period_s
 
     @property
+    def allowance_s(self) -> float:
+        return 1e-3 * self.scenario.flight.allowance_ms
+
+    @property
     def columns(self) -> Mapping[str, str]:
         return COLUMNS
 
