@@ -19,12 +19,14 @@ from .model.instants import at_nodes
 from .model.nearest import Search
 from .model.problem import Forms
 from .scenario import Scenario
-from .search.sequence import Attempt, attempt, cost_of, lengthened, sides, solve_convex
+from .search.sequence import Attempt, attempt, cost_of, lengthened, sides, solve_convex, turns, widened
 from .verification.closed_loop import CorrectedFlights, fly_corrected
 from .verification.verify import Verification, verify
 
 WORTH_MORE = 1.03
 """Of what the flight without the keep-out costs: a plan that costs no more is not sought from elsewhere."""
+TOLD = 3
+"""Attempts that a message tells of, where none found anything."""
 COLUMNS = {"cost_m_s": Column("cost", ".6f", "m/s"), "broken_m": Column("broken by", ".1e", "m")}
 """Columns of the iteration table that are this mission's own."""
 
@@ -123,7 +125,8 @@ def _attempts(
     approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> tuple[tuple[Attempt, ...], Iteration]:
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
-    also drift by drift, and if nothing is found from that flight. And the solve of that flight."""
+    also drift by drift. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
+    on ways that turn. And the solve of that flight."""
     free, row = solve_convex(approach, forms, at_nodes(approach), solve)
     solution = row.solution
     if (
@@ -137,12 +140,21 @@ def _attempts(
         found.append(lengthened(approach, forms, solve, callback))
     if not any(each.found for each in found):
         found.append(attempt(approach, forms, "as it comes", None, solve, callback))
+    if approach.horizon_s < np.inf and not any(each.found for each in found):
+        found.append(widened(approach, forms, "as the keep-out grows", None, solve, callback))
+        if not found[-1].found:
+            found += [
+                widened(approach, forms, name, normals, solve, callback)
+                for name, normals in turns(approach).items()
+            ]
     return tuple(found), row
 
 
 def _nothing(approach: Approach, attempts: tuple[Attempt, ...], rows: tuple[Iteration, ...]) -> ApproachPlan:
     last = attempts[-1]
-    words = "; ".join(f"{each.side}: {each.why or each.message}" for each in attempts)
+    words = "; ".join(f"{each.side}: {each.why or each.message}" for each in attempts[:TOLD])
+    if len(attempts) > TOLD:
+        words += f"; and nothing from {len(attempts) - TOLD} other starts"
     failed = last.reason is ExitReason.SUBPROBLEM_FAILED
     status = PlanStatus.FAILED if failed else PlanStatus.NOT_FOUND
     if last.reason is ExitReason.INTERRUPTED:

@@ -46,6 +46,8 @@ class Approach:
     axes_m: Array
     share: float = 1.0
     """Of the drifts' horizon: less on the way to a plan."""
+    narrow: float = 1.0
+    """Of the keep-out: the same."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
@@ -87,6 +89,11 @@ class Approach:
     def spherical(self) -> bool:
         """Whether the keep-out is a sphere."""
         return bool(np.ptp(self.axes_m) == 0.0)
+
+    @property
+    def outer_m(self) -> Array:
+        """Semi-axes of the keep-out with its margin, (3,)."""
+        return self.narrow * (self.axes_m + self.scenario.keep_out.margin_m)
 
     @property
     def gate_s(self) -> float:

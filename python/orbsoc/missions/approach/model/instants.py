@@ -16,8 +16,8 @@ KEEP_OUT, CORRIDOR, SPEED, HOLD, AWAY = KINDS = ("keep_out", "corridor", "speed"
 ACTIVE: Final = 0.1
 """Of a row, m, or what speeds it is worth: one that a solution keeps by less is not given up."""
 
-ALIKE_ORBIT, ALIKE_ARC = 60, 6
-"""Of an orbit, for drifts, and of an arc: two instants that are nearer to each other do not need a row each."""
+ALIKE_ORBIT, ALIKE_ARC, ALIKE_FRACTION = 60, 4, 0.1
+"""Of an orbit, for drifts, of an arc, and of a burn: two instants that are nearer to each other do not need a row each."""
 PASSES = 3
 """Of the drift after an impulse, whole or cut, for which there are rows at first."""
 
@@ -29,6 +29,10 @@ class Instant:
     arc: int
     t_s: float
     fraction: float = 1.0
+
+    def is_like(self, other: Instant, near_s: float) -> bool:
+        """Whether it is so near to another one that they do not need a row each."""
+        return abs(self.t_s - other.t_s) < near_s and abs(self.fraction - other.fraction) < ALIKE_FRACTION
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +94,7 @@ class Room:
                 counts[kind][each.arc] += 1
         counts[KEEP_OUT][: approach.guarded] = PASSES
         counts[CORRIDOR] *= 2
+        counts[HOLD] *= 2
         if np.isinf(approach.horizon_s):
             counts[AWAY][: approach.guarded] = 1
         arcs = (approach.ends_s - approach.times_s) / ALIKE_ARC
@@ -109,7 +114,8 @@ class Room:
             others: list[Instant] = []
             for each, slack in sorted(wanted.items(), key=lambda pair: pair[1]):
                 beside = [other for other in kept if other.arc == each.arc]
-                alike = any(abs(other.t_s - each.t_s) < self.alike_s[kind][each.arc] for other in beside)
+                near_s = self.alike_s[kind][each.arc]
+                alike = any(each.is_like(other, near_s) for other in beside)
                 if not alike and slack < ACTIVE:
                     kept.append(each)
                     counts[kind][each.arc] = max(counts[kind][each.arc], len(beside) + 1)
@@ -119,5 +125,7 @@ class Room:
                 if sum(other.arc == each.arc for other in kept) < counts[kind][each.arc]:
                     kept.append(each)
             found[kind] = tuple(kept)
+        drifts = counts[KEEP_OUT]
+        drifts[drifts > 0] = drifts.max()  # where one drift has too few rows others soon have
         same = all((counts[kind] == self.counts[kind]).all() for kind in KINDS)
         return Instants(**found), self if same else Room(counts, self.alike_s)

@@ -139,7 +139,7 @@ class Search:
     def _depths(self, places: Array, normal: Array | None) -> tuple[Array, Array]:
         """How far outside the keep-out with its margin, or beyond its plane, the nearest of each piece (..., 3, 2) is, m, and
         the fraction that it is at."""
-        axes = self.approach.axes_m + self.approach.scenario.keep_out.margin_m
+        axes = self.approach.outer_m
         scaled = places / axes[:, None]
         first, along = scaled[..., 0], scaled[..., 1] - scaled[..., 0]
         if normal is not None:

@@ -172,7 +172,7 @@ class Form:
             if not wanted:
                 where[kind] = np.empty((0, self._heights[kind]), np.intp)
                 continue
-            matrix, constant = rows_of(self.approach, kind, wanted, about, away if kind == AWAY else normals)
+            matrix, constant = rows_of(about.approach, kind, wanted, about, away if kind == AWAY else normals)
             taken: dict[int, int] = {}
             places = []
             for each in wanted:

@@ -36,7 +36,7 @@ def rows_of(
     arcs, times, fractions = arrays(instants)
     to = approach.transitions(times, approach.times_s[arcs])
     if kind == KEEP_OUT:
-        axes = approach.axes_m + approach.scenario.keep_out.margin_m
+        axes = approach.outer_m
         sight = about.sight(arcs, to, fractions, axes) if normals is None else normals[arcs]
         matrix = (axes.min() * sight / axes)[:, None] @ to[:, :3]
         return matrix, np.full((len(arcs), 1), -axes.min() - ROOM_M)

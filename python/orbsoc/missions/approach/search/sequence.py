@@ -6,7 +6,7 @@ planes touch the keep-out where it is seen from there: the reference keeps them,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,10 @@ RULES = Rules(
 SHORT = replace(RULES, max_iterations=15)
 SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """Of the drifts' horizon, by which they grow."""
+WIDTHS = (0.05, 0.3, 0.6, 0.8, 0.9, 1.0)
+"""Of the keep-out, by which it grows."""
+OPPOSITE = -0.99
+"""Cosine of an angle: directions with a larger one between them have two ways from one to the other."""
 SAFE_M = 1.5e-3
 """By which a safe flight may break a condition; the rows ask for `ROOM_M` more than the scenario."""
 
@@ -72,12 +76,50 @@ def sides(approach: Approach) -> dict[str, Array]:
         "above": np.array([1.0, 0.0, 0.0]),
     }
     found: dict[str, Array] = {}
-    places = np.array([approach.start[:3], gate]) / (approach.axes_m + approach.scenario.keep_out.margin_m)
+    places = np.array([approach.start[:3], gate]) / approach.outer_m
     for name, way in ways.items():
         known = any(each[0] @ way > 1.0 - 1e-9 for each in found.values())
         if not known and (places @ way >= 1.0).all():
             found[name] = np.tile(way, (approach.times_s.size, 1))
     return found
+
+
+def turns(approach: Approach) -> dict[str, Array]:
+    """Ways about the keep-out, normals (K, 3): from the start's direction to the gate's, over some of the arcs before it, the short
+    way, or below and above where both are opposite."""
+    ends = np.array([approach.start[:3], approach.scenario.gate.position()]) / approach.outer_m
+    first, last = ends / np.linalg.norm(ends, axis=1)[:, None]
+    vertices: dict[str, tuple[Array, ...]] = {"the short way": (first, last)}
+    if first @ last < OPPOSITE:
+        vertices = {
+            name: (first, np.array([sign, 0.0, 0.0]), last)
+            for name, sign in (("below", -1.0), ("above", 1.0))
+        }
+    count = int(np.searchsorted(approach.times_s, approach.scenario.gate.arrive_s - 1e-6))
+    half, arcs = count // 2, np.arange(approach.times_s.size)
+    spans = dict.fromkeys([(1, count - 1), (2, count - 2), (1, half), (0, half), (1, 1), (half, half)])
+    found: dict[str, Array] = {}
+    for name, corners in vertices.items():
+        for early, late in spans:
+            if not 0 <= early <= late < count:
+                continue
+            shares = np.clip((arcs - early + 0.5) / (late - early + 1), 0.0, 1.0)
+            shares[arcs < early], shares[arcs > late] = 0.0, 1.0
+            ways = np.array([_turned(corners, float(share)) for share in shares])
+            found[f"about it {name}, impulses {early + 1} to {late + 1}"] = ways
+    return found
+
+
+def _turned(corners: Sequence[Array], share: float) -> Array:
+    """The direction at a share of the way by great circles from corner to corner, (3,)."""
+    place = share * (len(corners) - 1)
+    k = min(int(place), len(corners) - 2)
+    one, other = corners[k], corners[k + 1]
+    angle = float(np.arccos(np.clip(one @ other, -1.0, 1.0)))
+    if angle < 1e-6:
+        return one
+    part = place - k
+    return np.asarray((np.sin((1.0 - part) * angle) * one + np.sin(part * angle) * other) / np.sin(angle))
 
 
 def attempt(
@@ -87,11 +129,12 @@ def attempt(
     normals: Array | None,
     solve: Solve,
     callback: Callable[[Iteration], None] | None,
-    start: ImpulseProgramme | None = None,
+    start: Found | None = None,
     *,
     any_safe: bool = False,
 ) -> Attempt:
-    """The sequence whose first planes have normals (K, 3), or are about `start`, or about the flight that knows no keep-out.
+    """The sequence whose first planes have normals (K, 3), or are about a safe flight with its instants, `start`, or about the
+    flight that knows no keep-out.
 
     With `any_safe` it ends with the first safe flight.
     """
@@ -99,7 +142,7 @@ def attempt(
     built: list[Filled] = []
 
     def linearise(reference: Found) -> Subproblem[Found]:
-        about = reference.safe or start or (reference.last if normals is None else None)
+        about = reference.safe or known or (reference.last if normals is None else None)
         states = None if about is None else flown(approach, about)
         own = normals if reference.safe is None else None
         asked = (
@@ -128,8 +171,9 @@ def attempt(
         return Subproblem(filled.problem, read)
 
     first = forms.begun(at_nodes(approach), away(approach, normals))
-    if start is not None:
-        first = forms.begun(first, Instants(keep_out=search.broken(start).instants.keep_out))
+    known = None if start is None else start.safe
+    if start is not None and known is not None:
+        first = forms.begun(start.instants, Instants(keep_out=search.broken(known).instants.keep_out))
     rules = SHORT if any_safe else RULES
     outcome = sequential_convex(Found(None, first), linearise, solve=solve, rules=rules, callback=callback)
     why = ""
@@ -149,18 +193,44 @@ def away(approach: Approach, normals: Array | None) -> Instants:
 def lengthened(
     approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> Attempt:
-    """Sequences in a row, each with drifts that are looked at for longer, about the safe flight of the one before.
+    """Drifts that are looked at for longer and longer: at first none reaches the keep-out."""
+    steps = [replace(approach, share=share) for share in SHARES]
+    return _step_by_step(steps, forms, "drift by drift", None, solve, callback)
 
-    At first no drift reaches the keep-out. It ends with the first sequence that finds nothing safe.
+
+def widened(
+    approach: Approach,
+    forms: Forms,
+    name: str,
+    normals: Array | None,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
+) -> Attempt:
+    """A keep-out that grows from a point, about which drifts pass with planes of these normals (K, 3) or as they come."""
+    steps = [replace(approach, narrow=narrow) for narrow in WIDTHS]
+    return _step_by_step(steps, forms, name, normals, solve, callback)
+
+
+def _step_by_step(
+    steps: Sequence[Approach],
+    forms: Forms,
+    name: str,
+    normals: Array | None,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
+) -> Attempt:
+    """Sequences in a row, each harder than the one before and about its safe flight; the last is the approach itself.
+
+    It ends with the first sequence that finds nothing safe.
     """
-    start: ImpulseProgramme | None = None
+    start: Found | None = None
     solved: list[Iteration] = []
-    for share in SHARES:
-        longer = replace(approach, share=share)
-        found = attempt(longer, forms, "drift by drift", None, solve, callback, start, any_safe=share < 1.0)
+    for step in steps:
+        last = step is steps[-1]
+        found = attempt(step, forms, name, normals, solve, callback, start, any_safe=not last)
         solved += found.subproblems
-        start = found.reference.safe
-        if start is None or found.reason is not ExitReason.CONVERGED:
+        start, normals = found.reference, None
+        if start.safe is None or (not last and found.reason is not ExitReason.CONVERGED):
             found = replace(found, reference=replace(found.reference, safe=None))
             break
     return replace(found, subproblems=tuple(solved))
