@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -93,16 +94,17 @@ def planned(name: str) -> Path:
 
     scenario = ROOT / "scenarios" / f"{name}.toml"
     folder = KEPT / f"{name}-{digest(scenario)}"
-    if not (folder / "done.json").exists():
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
+    if not folder.exists():
+        KEPT.mkdir(parents=True, exist_ok=True)
+        made = Path(tempfile.mkdtemp(dir=KEPT))
         LOG.info("gallery: planning %s", name)
         begun = time.monotonic()
         run = orbsoc.plan(scenario, device="none")
         seconds = time.monotonic() - begun
-        figures = [[figure.name, figure.caption] for figure in run.plan.figures(folder) if not figure.appendix]
+        figures = [[figure.name, figure.caption] for figure in run.plan.figures(made) if not figure.appendix]
         kept = {"verdict": str(run.verdict), "seconds": seconds, "figures": figures}
-        (folder / "done.json").write_text(json.dumps(kept), encoding="utf-8")
+        (made / "done.json").write_text(json.dumps(kept), encoding="utf-8")
+        made.replace(folder)
     return folder
 
 
