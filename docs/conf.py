@@ -9,12 +9,14 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 project = "orbsoc"
 author = "the authors of orbsoc"
 copyright = "the authors of orbsoc, Apache-2.0"
-release = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+release = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))[
+    "project"
+]["version"]
 
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx_click",
+    "command_line",
     "sphinx_copybutton",
     "sphinx_design",
     "scenario_keys",

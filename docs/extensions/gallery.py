@@ -119,9 +119,13 @@ def write_pages(app: Sphinx) -> None:
         (target / name).mkdir(parents=True, exist_ok=True)
         for file, _ in kept["figures"]:
             shutil.copy2(folder / file, target / name / file)
-        figures = "\n\n".join(FIGURE.format(name=name, file=file, caption=text) for file, text in kept["figures"])
+        figures = "\n\n".join(
+            FIGURE.format(name=name, file=file, caption=text) for file, text in kept["figures"]
+        )
         scenario = shipped.path.read_text(encoding="utf-8").rstrip()
-        page = PAGE.format(title=title, about=shipped.about, name=name, scenario=scenario, **kept | {"figures": figures})
+        page = PAGE.format(
+            title=title, about=shipped.about, name=name, scenario=scenario, **kept | {"figures": figures}
+        )
         write_changed(target / f"{name}.md", page)
         cards.append(CARD.format(title=title, name=name, picture=f"{name}/{kept['figures'][0][0]}"))
     write_changed(target / "index.md", INDEX.format(cards="\n\n".join(cards), pages="\n".join(TITLES)))

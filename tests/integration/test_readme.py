@@ -96,6 +96,14 @@ def test_the_verdict_shown_is_that_of_the_command(tmp_path: Path, monkeypatch: p
     monkeypatch.chdir(ROOT)
     shown = re.search(r"```text\n(.*?)```", README, flags=re.DOTALL)
     assert shown
-    arguments = ["plan", "scenarios/rec1.toml", "--deadline-ms", "50", "--no-report", "--out", str(tmp_path / "out")]
+    arguments = [
+        "plan",
+        "scenarios/rec1.toml",
+        "--deadline-ms",
+        "50",
+        "--no-report",
+        "--out",
+        str(tmp_path / "out"),
+    ]
     printed = CliRunner().invoke(app, arguments).output
     assert [line for line in shown[1].splitlines() if line not in printed] == []

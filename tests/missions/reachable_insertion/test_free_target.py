@@ -133,5 +133,7 @@ def test_wrong_combinations_are_refused_by_key(target: dict[str, Any], complaint
 
 def test_a_guess_that_no_step_moves_is_left_without_a_warning() -> None:
     shipped = load_scenario(SCENARIOS / "deorbit_by_elements.toml")
-    heavy = shipped.with_changes(vehicle={"mass_kg": 3000.0})  # no coefficient of its first law moves a condition
+    heavy = shipped.with_changes(
+        vehicle={"mass_kg": 3000.0}
+    )  # no coefficient of its first law moves a condition
     assert plan(heavy).status is PlanStatus.VERIFIED
