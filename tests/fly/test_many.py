@@ -26,7 +26,7 @@ RUNS = 6
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    scenario = mission.load_scenario(SCENARIO).with_changes(flight={"period_s": 15.0})
+    scenario = mission.load_scenario(SCENARIO).with_changes(guidance={"period_s": 15.0})
     return Study(scenario.model_dump(mode="json"), "zu9eg", "paper", 1.0, Timing(0.1), RUNS, 4)
 
 
@@ -51,7 +51,7 @@ def test_two_workers_give_the_same_bits(study: Study, alone: dict[str, np.ndarra
 
 def test_a_flight_of_many_is_the_flight_alone(study: Study, alone: dict[str, np.ndarray]) -> None:
     solver = OnboardSolver()
-    scenario = mission.load_scenario(SCENARIO).with_changes(flight={"period_s": 15.0})
+    scenario = mission.load_scenario(SCENARIO).with_changes(guidance={"period_s": 15.0})
     loop = mission.closed_loop(scenario, solver)
     flight = fly(loop, Computer("zu9eg", "paper"), solver, study.timing, seed=4, number=5)
     [row] = np.flatnonzero(alone["flight"] == 5)
@@ -70,7 +70,7 @@ def test_killed_and_resumed_it_has_the_same_bits(alone: dict[str, np.ndarray], t
     folder = tmp_path / "killed"
     command = [
         sys.executable, "-m", "orbsoc", "fly", str(SCENARIO), "--runs", str(RUNS), "--seed", "4", "--workers", "1",
-        "--set", "flight.period_s=15.0", "--out", str(folder), "--no-report",
+        "--set", "guidance.period_s=15.0", "--out", str(folder), "--no-report",
     ]  # fmt: skip
     process = subprocess.Popen(
         command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True

@@ -21,7 +21,7 @@ FLIGHT = 3
 
 @pytest.fixture(scope="module")
 def ready() -> tuple[mission.Scenario, OnboardSolver]:
-    return mission.load_scenario(SCENARIO).with_changes(flight={"period_s": 15.0}), OnboardSolver()
+    return mission.load_scenario(SCENARIO).with_changes(guidance={"period_s": 15.0}), OnboardSolver()
 
 
 def test_the_slowest_that_would_do_does_and_one_a_little_slower_does_not(ready) -> None:  # type: ignore[no-untyped-def]
@@ -57,7 +57,7 @@ def test_the_command_tells_the_damage_the_missed_cycle_and_what_would_do(tmp_pat
         "--flight",
         str(FLIGHT),
         "--set",
-        "flight.period_s=15.0",
+        "guidance.period_s=15.0",
     ]
     result = CliRunner().invoke(app, ["fly", str(SCENARIO), *options, "--out", str(tmp_path / "slow")])
     assert result.exit_code == 1, result.output

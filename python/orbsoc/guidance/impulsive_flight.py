@@ -6,6 +6,7 @@ sees the chaser then; an answer that is not there at the impulse's time has miss
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +21,8 @@ from .impulses import ImpulseProgramme
 from .uncertainty import Uncertainty
 
 FORCES: tuple[Force, ...] = (PointMass(EARTH), J2(EARTH))
+EVERY_S = 20.0
+"""Between looks at the distance from a path that turns in half an hour, and is flat at its largest."""
 BEFORE = "before an impulse"
 """The cause of a trigger."""
 
@@ -58,12 +61,22 @@ class Chaser:
     random: np.random.Generator
     after: list[Array] = field(default_factory=list)
     spent_m_s: float = 0.0
+    path: Callable[[float], Array] | None = None
+    """Where it should be (3,) at a time, whose largest distance is noted in `error_m`."""
+    error_m: float = 0.0
 
     @classmethod
-    def at(cls, relative: Array, target: Array, errors: Uncertainty, random: np.random.Generator) -> Chaser:
+    def at(
+        cls,
+        relative: Array,
+        target: Array,
+        errors: Uncertainty,
+        random: np.random.Generator,
+        path: Callable[[float], Array] | None = None,
+    ) -> Chaser:
         """From a relative state (6,) about a target (6,), ECI."""
         pair = np.array([target, absolute_state(target, relative, _pull(target))])
-        return cls(0.0, pair, errors, random)
+        return cls(0.0, pair, errors, random, path=path)
 
     @property
     def relative(self) -> Array:
@@ -85,9 +98,17 @@ class Chaser:
         return Sensed(self.time_s, self.errors.navigated(self.relative, random))
 
     def _drift(self, until_s: float) -> None:
+        while self.path is not None and until_s - self.time_s > EVERY_S:
+            self._coast(self.time_s + EVERY_S)
+        self._coast(until_s)
+
+    def _coast(self, until_s: float) -> None:
         if until_s > self.time_s + 1e-6:
             self.pair = fast_coast(self.pair, np.array([0.0, until_s - self.time_s]), FORCES)[-1]
         self.time_s = max(self.time_s, until_s)
+        if self.path is not None:
+            off = float(np.linalg.norm(self.relative[:3] - self.path(self.time_s)))
+            self.error_m = max(self.error_m, off)
 
     def _fire(self, impulse: Array) -> None:
         fired = self.errors.executed(impulse, self.random)

@@ -148,7 +148,7 @@ def test_the_engine_stops_without_propellant(scenario: mission.Scenario, loop: I
     [
         ({"event": {"at_s": 57.0, "thrust_kept": 0.5}}, "event.at_s"),
         ({"event": {"at_s": 5.0, "thrust_kept": 0.5, "flow_kept": 0.0}}, "event.flow_kept"),
-        ({"flight": {"latest_end_s": 50.0}}, "flight.latest_end_s"),
+        ({"guidance": {"latest_end_s": 50.0}}, "guidance.latest_end_s"),
         ({"problem": "max_energy"}, "problem"),
     ],
 )

@@ -146,7 +146,7 @@ def test_what_is_proved_out_of_reach_no_search_reaches() -> None:
 
 def test_another_order_of_preference_is_kept() -> None:
     event = {"at_s": 35.0, "thrust_kept": 0.25}
-    scenario = mission.load_scenario(SCENARIO).with_changes(event=event, flight={"instead": ["energy"]})
+    scenario = mission.load_scenario(SCENARIO).with_changes(event=event, guidance={"instead": ["energy"]})
     loop = InsertionLoop.of(scenario, OnboardSolver())
     choice = loop.losses.decide(believed(loop), loop.first, OnboardSolver())
     assert [each.sought for each in choice.decisions][1] == "the largest orbit above the safe perigee"

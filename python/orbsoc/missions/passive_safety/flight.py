@@ -51,11 +51,11 @@ class ApproachLoop:
 
     @property
     def period_s(self) -> float:
-        return self.scenario.flight.lead_s
+        return self.scenario.guidance.lead_s
 
     @property
     def allowance_s(self) -> float:
-        return self.scenario.flight.lead_s
+        return self.scenario.guidance.lead_s
 
     @property
     def columns(self) -> Mapping[str, str]:
@@ -74,13 +74,13 @@ class ApproachLoop:
         return Chaser.at(start, target, errors, np.random.default_rng([seed, number]))
 
     def next_trigger(self, last: Trigger | None, programme: Impulses) -> Trigger | None:
-        return next_burn(last, programme, self.scenario.flight.lead_s)
+        return next_burn(last, programme, self.scenario.guidance.lead_s)
 
     def answer(
         self, trigger: Trigger, sensed: Sensed, programme: Impulses, solve: Solve, allowance_s: float
     ) -> Answer:
         """The impulses that are left, from the state in which the next one will find the chaser. `allowance_s` is the lead."""
-        at_s = trigger.at_s + self.scenario.flight.lead_s
+        at_s = trigger.at_s + self.scenario.guidance.lead_s
         done = programme.left(at_s)
         times = programme.programme.times_s
         state = self.approach.motion.transition(float(times[done]), sensed.at_s) @ sensed.estimate
@@ -99,7 +99,7 @@ class ApproachLoop:
         nearest = float(clear.distance_m.min())
         miss = float(np.linalg.norm(vehicle.relative[:3] - approach.capture))
         return {
-            ON_TARGET: float(miss <= self.scenario.flight.miss_m),
+            ON_TARGET: float(miss <= self.scenario.guidance.miss_m),
             "miss_m": miss,
             "delta_v_m_s": vehicle.spent_m_s,
             "nearest_m": nearest,
@@ -113,6 +113,6 @@ class ApproachLoop:
         safe = Word.SAFE if end["safe"] else Word.NOT_SAFE
         near = f"the nearest drift after an impulse passes {end['nearest_m']:.1f} m from the target within an orbit"
         return (
-            VerdictLine(Question.ANSWER, word, figure, f"{self.scenario.flight.miss_m:g} m"),
+            VerdictLine(Question.ANSWER, word, figure, f"{self.scenario.guidance.miss_m:g} m"),
             VerdictLine(Question.SAFETY, safe, near, f"{self.approach.keep_out_m:g} m"),
         )

@@ -82,7 +82,7 @@ class Scenario(BaseScenario):
     interruption_orbits: Literal[0, 1, 2] = 0
     cost: Literal["norms", "absolutes"] = "norms"
     uncertainty: Uncertainty | None = None
-    flight: BurnCycle = BurnCycle()
+    guidance: BurnCycle = BurnCycle()
 
     @model_validator(mode="before")
     @classmethod

@@ -125,7 +125,7 @@ class Scenario(BaseScenario):
     limits: Limits = Limits()
     method: Method = Method()
     verification: Verification = Verification()
-    flight: Cycle = Cycle()
+    guidance: Cycle = Cycle()
     event: ThrustLoss | None = None
 
     @model_validator(mode="after")

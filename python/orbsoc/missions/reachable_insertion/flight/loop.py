@@ -83,11 +83,11 @@ class InsertionLoop:
 
     @property
     def period_s(self) -> float:
-        return self.scenario.flight.period_s
+        return self.scenario.guidance.period_s
 
     @property
     def allowance_s(self) -> float:
-        return 1e-3 * self.scenario.flight.allowance_ms
+        return 1e-3 * self.scenario.guidance.allowance_ms
 
     @property
     def columns(self) -> Mapping[str, str]:
@@ -103,7 +103,7 @@ class InsertionLoop:
 
     def next_trigger(self, last: Trigger | None, programme: Burn) -> Trigger | None:
         """A period after the last one that came at its time; the fault when it is detected, whatever else is due then."""
-        cycle, event = self.scenario.flight, self.scenario.event
+        cycle, event = self.scenario.guidance, self.scenario.event
         number, at_s = (0, 0.0) if last is None else (last.number, last.at_s)
         due_s = cycle.period_s * (np.floor(at_s / cycle.period_s + 1e-9) + 1.0)
         found = []
@@ -148,7 +148,7 @@ class InsertionLoop:
 
     def outcome(self, vehicle: FlyingVehicle, programme: Burn) -> dict[str, float]:
         """The orbit at cut-off, osculating, beside the target's."""
-        cycle, orbit = self.scenario.flight, orbit_of(self.scenario, vehicle.state)
+        cycle, orbit = self.scenario.guidance, orbit_of(self.scenario, vehicle.state)
         wanted = orbit_of(self.scenario, self.scenario.launch_inertial(self.scenario.target))
         h = angular_momentum(vehicle.state[:3], vehicle.state[3:])
         perigee, apogee = orbit.perigee_height_m() / 1e3, orbit.apogee_height_m() / 1e3
@@ -183,8 +183,8 @@ class InsertionLoop:
             mass_kg -= engine.flow_kg_s * allowance_s
         left_kg = mass_kg - scenario.vehicle.dry_mass_kg
         longest_s = left_kg / engine.flow_kg_s if engine.flow_kg_s > 0.0 else np.inf
-        if scenario.flight.latest_end_s is not None:
-            longest_s = min(longest_s, scenario.flight.latest_end_s - until_s)
+        if scenario.guidance.latest_end_s is not None:
+            longest_s = min(longest_s, scenario.guidance.latest_end_s - until_s)
         return Belief(until_s, state, mass_kg, engine, longest_s)
 
     def _engine(self, at_s: float) -> Engine:
@@ -207,8 +207,8 @@ class InsertionLoop:
 def _complaints(scenario: Scenario, first: Burn) -> list[Complaint]:
     """What a flight contradicts once its burn is known."""
     found = [] if scenario.event is None else list(loss_complaints(scenario.event, first.duration_s))
-    latest = scenario.flight.latest_end_s
+    latest = scenario.guidance.latest_end_s
     if latest is not None and latest < first.duration_s:
         allowed = f"lies within the burn as planned; must be at least {first.duration_s:.6g}"
-        found.append(Complaint("flight.latest_end_s", f"{latest:g}", allowed))
+        found.append(Complaint("guidance.latest_end_s", f"{latest:g}", allowed))
     return found

@@ -116,7 +116,7 @@ class Losses:
             return
         if reachable:
             yield THE_TARGET, self._target(belief, flying, solve)
-        instead = self.scenario.flight.instead
+        instead = self.scenario.guidance.instead
         for name in dict.fromkeys((*instead, "perigee")):
             counted = _Counted(solve)
             if name == "perigee":
@@ -179,7 +179,7 @@ class Losses:
         document["burn"] = {"duration_s": 0.9 * belief.longest_s}
         if goal == "energy":
             document |= {"problem": "max_energy", "burn": {"duration_s": 0.999 * belief.longest_s}}
-            safe_km = scenario.flight.safe_perigee_km
+            safe_km = scenario.guidance.safe_perigee_km
             document["target"] = vectors | {"perigee_height_km": safe_km, "perigee_direction": "free"}
         elif goal == "shape":
             document["target"] = self._shape()

@@ -35,7 +35,7 @@ class FlyingVehicle:
     @classmethod
     def of(cls, case: Scenario, nominal: Scenario) -> FlyingVehicle:
         """The vehicle of a dispersed case, with the field of its scenario."""
-        vehicle, cycle = case.vehicle, nominal.flight
+        vehicle, cycle = case.vehicle, nominal.guidance
         pole = case.eci_rotation.T @ np.array([0.0, 0.0, 1.0])
         return cls(
             time_s=0.0,

@@ -17,7 +17,7 @@ THE_TARGET = "the target"
 
 def verdict_lines(scenario: Scenario, flown: FlownCycles) -> Sequence[VerdictLine]:
     """Answer and Safety."""
-    end, cycle = flown.outcome, scenario.flight
+    end, cycle = flown.outcome, scenario.guidance
     orbit = f"{end['perigee_km']:.1f} × {end['apogee_km']:.1f} km"
     safe = Word.SAFE if end["safe"] else Word.NOT_SAFE
     height = f"perigee {end['perigee_km']:.1f} km, at least {cycle.safe_perigee_km:g} km lasts a revolution"
