@@ -27,6 +27,7 @@ WRONG = [
     ("--vers", "--version"),
     ("hw budge", "'budge'", "'budget'"),
     ("hw explain rendezvous_lp.json zu9eg", "'B'"),
+    ("plan rec1_dry.toml --set event.at_s=30", "event.at_s", "`orbsoc fly`"),
     ("fly rec1.toml --runs 0", "greater than or equal to 1"),
     ("fly station_vbar.toml", "mission = 'approach'", "reachable_insertion"),
     ("fly rec1_dry.toml --set event.at_s=60", "event.at_s = 60", "must be below 56.57"),

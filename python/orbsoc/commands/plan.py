@@ -248,9 +248,14 @@ def _audited(
 
 
 def _scenario(path: Path, settings: Mapping[str, Any] | None) -> tuple[Mission, BaseScenario]:
+    from orbsoc.guidance.in_flight import idle_complaints
+    from orbsoc.guidance.scenario_file import ScenarioError
     from orbsoc.missions.registry import load_scenario
 
-    return load_scenario(path, settings)
+    found = load_scenario(path, settings)
+    if idle := idle_complaints(settings or ()):
+        raise ScenarioError(str(path), idle)
+    return found
 
 
 def _overrides(problem: str | None, settings: list[str] | None) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict
@@ -69,6 +69,16 @@ class ThrustLoss(Table):
     def flow(self) -> float:
         """The share of the mass flow that is left."""
         return self.thrust_kept if self.flow_kept is None else self.flow_kept
+
+
+IN_FLIGHT = ("guidance", "event")
+"""Tables of a scenario that a plan on the ground does not depend on."""
+
+
+def idle_complaints(keys: Iterable[str]) -> list[Complaint]:
+    """Of keys that were set for a plan on the ground, those of flights alone."""
+    allowed = "changes nothing here: it is of `orbsoc fly`"
+    return [Complaint(key, "", allowed) for key in keys if key.partition(".")[0] in IN_FLIGHT]
 
 
 def loss_complaints(loss: ThrustLoss, burn_s: float) -> Iterator[Complaint]:
