@@ -12,7 +12,9 @@ from orbsoc.orbit.array import Array, Index
 
 from .approach import Approach
 
-KEEP_OUT, CORRIDOR, SPEED, HOLD, AWAY = KINDS = ("keep_out", "corridor", "speed", "hold", "away")
+KEEP_OUT, CORRIDOR, HALF_SPACE, SPEED, HOLD, AWAY = KINDS = (
+    "keep_out", "corridor", "half_space", "speed", "hold", "away",
+)  # fmt: skip
 ACTIVE: Final = 0.1
 """Of a row, m, or what speeds it is worth: one that a solution keeps by less is not given up."""
 
@@ -43,6 +45,7 @@ class Instants:
 
     keep_out: tuple[Instant, ...] = ()
     corridor: tuple[Instant, ...] = ()
+    half_space: tuple[Instant, ...] = ()
     speed: tuple[Instant, ...] = ()
     hold: tuple[Instant, ...] = ()
     away: tuple[Instant, ...] = ()
@@ -78,6 +81,9 @@ def at_nodes(approach: Approach) -> Instants:
     slow = [each for each in ends if each in later or each.t_s in arrivals]
     return Instants(
         corridor=later if scenario.corridor else (),
+        half_space=tuple(each for each in ends if each.t_s > scenario.half_space_s)
+        if scenario.half_space
+        else (),
         speed=tuple(slow) if scenario.speed else (),
         hold=tuple(held),
     )
