@@ -18,6 +18,7 @@ READY     := $(VENV)/build-tools.stamp
 RUNTIME   := $(VENV)/runtime.stamp
 TESTING   := $(VENV)/test.stamp
 BENCHING  := $(VENV)/bench.stamp
+WRITING   := $(VENV)/docs.stamp
 ROUTING   := $(VENV)/route.stamp
 WHEEL     := $(VENV)/wheel.stamp
 INSTALLED := $(VENV)/installed.stamp
@@ -32,7 +33,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL: # pip installs into one environment; compilers use all cores by themselves
-.PHONY: help demo test check lint bench results units area route fuzz memcheck lock clean FORCE
+.PHONY: help demo test check lint docs bench results units area route fuzz memcheck lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -55,6 +56,9 @@ lint: $(INSTALLED) $(TESTING) ## formats, clippy, rustdoc, ruff, mypy, stubs aga
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/stubtest orbsoc._core
+
+docs: $(INSTALLED) $(WRITING) ## write the site into out/site: tutorials, gallery, reference; it needs no network
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs out/site
 
 bench: $(INSTALLED) $(BENCHING) ## time the solver beside its peers (ECOS is GPL: this target only)
 	$(BIN)/python -m benchmarks.run --family mission004 --solvers orbsoc,clarabel,ecos,qoco --repeats 30 \
@@ -103,6 +107,10 @@ $(TESTING): requirements/test.txt $(RUNTIME)
 	@touch $@
 
 $(BENCHING): requirements/bench.txt $(RUNTIME)
+	$(PIP) install -r $<
+	@touch $@
+
+$(WRITING): requirements/docs.txt $(RUNTIME)
 	$(PIP) install -r $<
 	@touch $@
 

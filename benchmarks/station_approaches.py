@@ -27,7 +27,6 @@ from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.interfaces import clarabel
 from orbsoc.missions import approach
 from orbsoc.missions.approach.model.problem import flown
-from orbsoc.missions.approach.planner import plan_unflown
 from orbsoc.missions.approach.verification.aborts import kicked
 from orbsoc.missions.approach.verification.closed_loop import fly_corrected
 
@@ -101,12 +100,11 @@ def judged(seed: int, *, with_clarabel: bool, flights: int) -> dict[str, Any]:
         asked = checked(approach.Scenario, scenario(seed), source=f"random {seed}")
     except ScenarioError as error:
         return found | {"status": "refused", "message": str(error)}
+    ended: list[float] = []
     began = time.process_time()
-    unflown = plan_unflown(asked)
-    found["planned_s"] = time.process_time() - began
-    began = time.process_time()
-    plan = approach.plan(asked)
+    plan = approach.plan(asked, callback=lambda _: ended.append(time.process_time()))
     found["whole_s"] = time.process_time() - began
+    found["planned_s"] = ended[-1] - began if ended else found["whole_s"]
     found |= {
         "status": plan.status.value,
         "message": plan.verification.failures[0]
@@ -114,7 +112,6 @@ def judged(seed: int, *, with_clarabel: bool, flights: int) -> dict[str, Any]:
         else plan.message[:160],
         "cost_m_s": plan.cost,
         "bound_m_s": plan.lower_bound,
-        "same": unflown.cost == plan.cost or plan.programme is None,
         "solves": len(plan.subproblems),
         "patterns": len({pattern_digest(row.problem) for row in plan.subproblems}),
         "starts": {each.side: each.reference.cost for each in plan.attempts if each.found},

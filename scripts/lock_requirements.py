@@ -1,6 +1,6 @@
 """Write requirements/*.txt: exact pins for the whole closure of what pyproject.toml asks for (`make lock`).
 
-Each lock is what pip resolves in an empty environment. `runtime` is orbsoc with its extras `missions` and `hw`. `test`, `bench` and `route` are resolved under the runtime pins
+Each lock is what pip resolves in an empty environment. `runtime` is orbsoc with its extras `missions` and `hw`. `test`, `bench`, `docs` and `route` are resolved under the runtime pins
 and list only what they add, so the GPL peer of the `bench` extra cannot reach the runtime or the test lock. The
 `cvxpy` and `reach` extras are in the test lock: what they bring is tested.
 """
@@ -54,7 +54,7 @@ def write(name: str, wanted: list[str], base: Path | None = None) -> Path:
 
 
 def main() -> None:
-    """Renew all five locks."""
+    """Renew all six locks."""
     manifest = tomllib.loads((ROOT / "pyproject.toml").read_text())
     extras = manifest["project"]["optional-dependencies"]
     write("build", manifest["build-system"]["requires"])
@@ -63,6 +63,7 @@ def main() -> None:
     write("test", extras["test"] + extras["cvxpy"] + extras["reach"], base=runtime)
     write("bench", extras["bench"], base=runtime)
     write("route", extras["route"], base=runtime)
+    write("docs", extras["docs"], base=runtime)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -281,3 +282,46 @@ def test_impulses_that_are_the_solvers_zeros_are_counted_apart() -> None:
     assert programme.words == "1.0000 m/s in 2 of 3 impulses, the rest zero"
     assert programme.worth_firing.tolist() == [True, False, True]
     assert ImpulseProgramme([0.0], [[0.0, 0.3, 0.4]]).words == "0.5000 m/s in 1 impulse"
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_spread_changes_of_velocity_are_accelerations_that_are_held(linked: bool) -> None:
+    """Against the integrated equations, within a span, at its end and after it."""
+    times, until = np.array([0.0, 700.0, 2000.0]), np.array([700.0, 1500.0, 2000.0])
+    rng = np.random.default_rng(6)
+    dv, rate = rng.standard_normal((3, 3)), 1.1e-3
+    motion = ClohessyWiltshire(rate)
+    impulses = Impulses(
+        orbsoc.ConicBuilder(), motion, times, START, start_s=0.0, linked=linked, until_s=until
+    )
+
+    def pushed(t: float, state: Array) -> Array:
+        push = sum(
+            (change / (b - a) for a, b, change in zip(times, until, dv, strict=True) if a <= t < b),
+            np.zeros(3),
+        )
+        x, _, z, vx, vy, vz = state
+        pull = [3.0 * rate**2 * x + 2.0 * rate * vy, -2.0 * rate * vx, -(rate**2) * z]
+        return np.concatenate([[vx, vy, vz], pull + push])
+
+    edges, states = [0.0, 300.0, 700.0, 1500.0, 1900.0, 2000.0], [START]
+    for a, b in itertools.pairwise(edges):
+        found = solve_ivp(
+            lambda t, s, a=a, b=b: pushed(min(max(t, a), np.nextafter(b, a)), s), (a, b), states[-1],
+            method="DOP853", rtol=1e-11, atol=1e-9,
+        )  # fmt: skip
+        states.append(found.y[:, -1])
+    x = np.zeros(impulses.builder.build().n)
+    x[impulses.dv.index] = dv
+    if linked:
+        x[impulses.state_columns(1)], x[impulses.state_columns(2)] = states[2], states[5]
+    for t, wanted in zip(edges[1:-1], states[1:-1], strict=True):
+        state = impulses.state(t, before=True)
+        built = state.offset + sum(block @ x[np.asarray(columns)] for columns, block in state.terms)
+        np.testing.assert_allclose(built, wanted, atol=1e-6)
+    last = states[-1] + np.concatenate([np.zeros(3), dv[2]])  # the third is an impulse
+    state = impulses.state(2000.0)
+    built = state.offset + sum(block @ x[np.asarray(columns)] for columns, block in state.terms)
+    np.testing.assert_allclose(built, last, atol=1e-6)
+    with pytest.raises(ImpulsesError, match="until_s: must be a vector of times"):
+        Impulses(orbsoc.ConicBuilder(), motion, times, START, start_s=0.0, until_s=until + 600.0)

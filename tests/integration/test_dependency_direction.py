@@ -41,13 +41,14 @@ MAY_USE = {
     "orbsoc.guidance": "files conic solving orbit",
     "orbsoc.missions": "files conic solving orbit sweep guidance",
     "orbsoc.reach": "missions",
+    "orbsoc.accuracy": "conic solving orbit guidance missions.registry",
     "orbsoc.report": "files guidance hw",
     "orbsoc.hw": "files conic solving ps guidance missions.registry hw_model _core",
     "orbsoc.rtl": "files conic solving ps guidance missions.registry hw hw_model _core",
     "orbsoc.flight": "conic ps hw rtl hw_model _core",
     "orbsoc.soc": "conic ps missions.registry hw rtl flight hw_model _core",
     "orbsoc.fly": "files conic solving ps guidance missions.registry sweep hw hw_model _core",
-    "orbsoc.commands": "files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight soc fly hw_model",
+    "orbsoc.commands": "accuracy files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight soc fly hw_model",
     "orbsoc.__main__": "files commands",
 }
 """Each package and the packages that it may use, besides itself."""

@@ -1,4 +1,4 @@
-"""The pages `docs/reproduce-NNN.md` are what `orbsoc reproduce NNN` writes."""
+"""The pages `docs/reproduce-NNN.md` and `docs/accuracy.md` are what `orbsoc reproduce NNN` and `accuracy` write."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from orbsoc.commands.app import app
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted((ROOT / "docs").glob("reproduce-*.md"))
+PAGES = [*sorted((ROOT / "docs").glob("reproduce-*.md")), ROOT / "docs" / "accuracy.md"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -19,6 +19,7 @@ WANTED = {
     "test": EXTRAS["test"] + EXTRAS["cvxpy"] + EXTRAS["reach"],  # what these bring is tested
     "bench": EXTRAS["bench"],
     "route": EXTRAS["route"],
+    "docs": EXTRAS["docs"],
 }
 
 
@@ -46,7 +47,7 @@ def test_every_lock_belongs_to_something_wanted() -> None:
 
 
 def test_no_extra_is_forgotten() -> None:
-    assert set(EXTRAS) == {"missions", "hw", "cvxpy", "reach", "all", "test", "bench", "route", "soc"}
+    assert set(EXTRAS) == {"missions", "hw", "cvxpy", "reach", "all", "test", "bench", "docs", "route", "soc"}
 
 
 def test_the_solver_alone_needs_three_packages() -> None:
@@ -77,7 +78,7 @@ def test_the_gpl_peer_is_in_the_benchmark_lock_only() -> None:
     assert [lock for lock in WANTED if "ecos" in pins(lock)] == ["bench"]
 
 
-@pytest.mark.parametrize("lock", ["test", "bench", "route"])
+@pytest.mark.parametrize("lock", ["test", "bench", "docs", "route"])
 def test_these_locks_build_on_the_runtime_lock(lock: str) -> None:
     text = (ROOT / "requirements" / f"{lock}.txt").read_text()
     assert "\n-r runtime.txt\n" in text

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbsoc.accuracy import table as accuracy
 from orbsoc.files.interrupts import Interrupts
 from orbsoc.files.nearest import did_you_mean
 from orbsoc.files.versions import __version__
@@ -34,7 +35,9 @@ def reproduce(
     what: Annotated[
         str,
         typer.Argument(
-            help=f"mission ({', '.join(MISSIONS)}), number of a paper (000 to 004) or all", metavar="NAME"
+            help=f"mission ({', '.join(MISSIONS)}), number of a paper (000 to 004), all of them, or accuracy: numbers of other"
+            " programs and books",
+            metavar="NAME",
         ),
     ] = "all",
     full: Annotated[bool, typer.Option("--full", help="also the Monte Carlo, which takes minutes")] = False,
@@ -54,10 +57,11 @@ def reproduce(
     from orbsoc.guidance.mission import BROKEN
 
     papers = {name: MISSIONS[name].PAPER for name in MISSIONS if what not in MISSIONS}
-    names = [what] if what in MISSIONS else [name for name in papers if what in ("all", papers[name])]
+    known = (*MISSIONS, accuracy.NAME)
+    names = [what] if what in known else [name for name in papers if what in ("all", papers[name])]
     if not names:
-        allowed = ", ".join(["all", *sorted({*papers.values()} - {""}), *MISSIONS])
-        hint = did_you_mean(what, MISSIONS)
+        allowed = ", ".join(["all", *sorted({*papers.values()} - {""}), *known])
+        hint = did_you_mean(what, known)
         raise typer.BadParameter(f"{what!r}: no such mission; allowed: {allowed}.{hint}")
     if not scenarios.is_dir():
         raise typer.BadParameter(f"--scenarios {scenarios}: no such folder; give that of the source tree")
@@ -90,6 +94,9 @@ def _parts(names: Sequence[str], scenarios: Path, *, full: bool) -> Iterator[Par
     from orbsoc.guidance.mission import Sampled
 
     for name in names:
+        if name == accuracy.NAME:
+            yield from ((name, part, run) for part, run in accuracy.parts(scenarios))
+            continue
         mission = MISSIONS[name]
         yield name, "tables", partial(mission.reproduce, scenarios)
         if full and isinstance(mission, Sampled):
@@ -121,9 +128,21 @@ def _computed(
 
 
 def _markdown(rows: Mapping[str, Sequence[PaperRow]]) -> str:
-    """A table a mission."""
-    lines: list[str] = []
+    """A table a mission; or the one of published numbers."""
+    if accuracy.NAME in rows:
+        return "\n".join(
+            ["# Accuracy: published numbers beside ours", *_table(rows[accuracy.NAME], paper="theirs")]
+        )
+    papers = sorted({MISSIONS[name].PAPER for name in rows} - {""})
+    of_papers = f"Paper{'s' * (len(papers) > 1)} {' and '.join(papers)}: printed and computed"
+    lines = [f"# {of_papers if papers else 'Printed and computed'}"]
     for name, found in rows.items():
-        lines += ["", f"## {name}", "", f"| {' | '.join(COLUMNS)} |", "|" + "---|" * len(COLUMNS)]
-        lines += (f"| {' | '.join(getattr(row, column) for column in COLUMNS)} |" for row in found)
-    return "\n".join(lines[1:])
+        lines += ["", f"## {name}", *_table(found)]
+    return "\n".join(lines)
+
+
+def _table(rows: Sequence[PaperRow], paper: str = "paper") -> Iterator[str]:
+    """A blank line and the rows; `paper` heads the column of what is printed."""
+    titles = (paper if column == "paper" else column for column in COLUMNS)
+    yield from ("", f"| {' | '.join(titles)} |", "|" + "---|" * len(COLUMNS))
+    yield from (f"| {' | '.join(getattr(row, column) for column in COLUMNS)} |" for row in rows)

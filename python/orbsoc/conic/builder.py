@@ -309,7 +309,7 @@ class ConicBuilder:
     def sum_of_absolutes(
         self, name: str, terms: Iterable[Term], offset: ArrayLike = 0.0, *, weight: float = 1.0
     ) -> Variable:
-        """Add weight · Σᵢ |row i of (Σ block · x[columns] + offset)| to the cost.
+        """Add weight · Σᵢ abs(rᵢ) to the cost, rᵢ being row i of Σ block · x[columns] + offset.
 
         Returns the bounds of the rows: the variable `name`, (rows,). Their rows have the same name: v ≤ bound for all,
         then −v ≤ bound for all.

@@ -362,3 +362,21 @@ def test_from_the_vbar_a_gate_below_or_in_front_is_reached_about_the_keep_out(
         state[3:] -= (1.0 - fraction) * plan.programme.dv_m_s[k]
         drift = steps(plan.approach.mean_motion_rad_s, state, plan.approach.period_s / 2000.0, 2000)
         assert np.linalg.norm(drift[:, :3], axis=1).min() >= said - 1e-3
+
+
+def test_a_half_space_is_kept_between_instants_and_costs_more() -> None:
+    """After the gate no place is more than 10 m below the V-bar, where hops would fall by more."""
+    plan = approach.plan(station(half_space__z=-1.0, half_space__at_least_m=-10.0, half_space__after="S2"))
+    assert plan.status is PlanStatus.VERIFIED
+    free = planned()
+    assert plan.cost > free.cost
+    lowest = []
+    for each in (plan, free):
+        gate_s = each.scenario.gate.arrive_s
+        flown = [arc for t, arc in zip(each.approach.times_s, arcs(each), strict=True) if t >= gate_s]
+        lowest.append(min(float(arc[:, 0].min()) for arc in flown))
+    assert lowest[0] >= -10.0 - 2e-3
+    assert lowest[1] < -15.0
+    assert plan.verification is not None
+    check = next(each for each in plan.verification.checks if each.name == "half-space")
+    assert check.kept

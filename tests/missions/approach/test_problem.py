@@ -115,7 +115,7 @@ def test_rows_that_matter_find_room_and_idle_ones_give_way() -> None:
     assert {each.t_s for each in idle.keep_out} == {3000.0, 5000.0, 9000.0}
     full, larger = room.fitted(Instants(keep_out=old), slacks | {"keep_out": np.zeros(3)}, more)
     assert len(full.keep_out) == 4
-    assert larger.counts["keep_out"][2] == 4
+    assert larger.counts["keep_out"][2] == 6
     beside = Instants(keep_out=(Instant(2, 4001.0),))
     moved, same = room.fitted(Instants(keep_out=old), slacks | {"keep_out": np.zeros(3)}, beside)
     assert same is room

@@ -50,6 +50,15 @@ from tests.missions.approach.cases import station
             {"points__S2__hold_s": 0.0},
             "points.S2.hold_impulses = 4: there is no hold; leave it out, or give hold_s",
         ),
+        (
+            {"half_space__x": -1.0, "half_space__at_least_m": 100.0},
+            "points.contact = (-20, 0, 0): 80 m beyond the plane of half_space; must be on its side",
+        ),
+        ({"half_space__at_least_m": 1.0}, "half_space.x = 0: a direction has a component that is not 0"),
+        (
+            {"half_space__z": -1.0, "half_space__after": "S3"},
+            "half_space.after = 'S3': no such point; must be one of S2, contact",
+        ),
         ({"keep_out__until": "S3"}, "keep_out.until = 'S3': no such point; must be one of S2, contact"),
         (
             {"keep_out__semi_axes_m": [300.0, 200.0, 200.0]},

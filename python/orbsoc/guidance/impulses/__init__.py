@@ -3,7 +3,7 @@
 from .generation import INSTANTS, Generated, Round, generate, primer_arcs, primer_ceiling
 from .nowhere import Family, Nowhere, nowhere_feasible
 from .programme import CSV_COLUMNS, ImpulseFileError, ImpulseProgramme
-from .unknowns import KICK, Affine, Cost, Impulses, ImpulsesError
+from .unknowns import KICK, Affine, Cost, Impulses, ImpulsesError, spread_kick
 
 __all__ = [
     "CSV_COLUMNS",
@@ -23,4 +23,5 @@ __all__ = [
     "nowhere_feasible",
     "primer_arcs",
     "primer_ceiling",
+    "spread_kick",
 ]

@@ -63,6 +63,23 @@ class Pull:
     pull: Array
 
 
+def spread_kick(motion: LinearMotion, t_s: float, from_s: float, until_s: float) -> Array:
+    """What a unit of velocity change, spread evenly over a span, has made of the state at a time, (6, 3): by Gauss's rule of 8
+    nodes on pieces of a tenth of the span, exact to rounding for spans of up to a revolution.
+    """
+    end = min(t_s, until_s)
+    found = np.zeros((6, 3))
+    if end <= from_s:
+        return found
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    edges = np.linspace(from_s, end, 11)
+    for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        half = 0.5 * (high - low)
+        for node, weight in zip(nodes.tolist(), weights.tolist(), strict=True):
+            found += half * weight * motion.transition(t_s, low + half * (1.0 + node)) @ KICK
+    return np.asarray(found / (until_s - from_s))
+
+
 class Impulses:
     """N velocity changes at given times as a variable (N, 3) of a builder, and the states that follow from them.
 
@@ -75,6 +92,7 @@ class Impulses:
     has the four components in it; the others, of which no impulse knows, are those of the coast from the start.
     With `movable`, velocity changes (N, 3) near the ones sought, the impulses may move by `move`, a variable (N,), s:
     to first order, as if impulse k were the one given. The caller bounds the moves.
+    With `until_s` (N,) each velocity change is no impulse but spread from its time until then, at one acceleration.
 
     >>> from orbsoc.orbit.relative import ClohessyWiltshire
     >>> import orbsoc
@@ -99,6 +117,7 @@ class Impulses:
         linked: bool = False,
         axes: Sequence[int] = (0, 1, 2),
         movable: ArrayLike | None = None,
+        until_s: ArrayLike | None = None,
         name: str = "dv",
     ) -> None:
         times = np.array(times_s, dtype=np.float64)
@@ -122,6 +141,15 @@ class Impulses:
         self._cost: Cost | None = None
         self.bounds: Variable | None = None
         """Of the cost: of each norm (N,), of each component (N · axes,), or of the largest norm (1,)."""
+        self._until = times if until_s is None else np.asarray(until_s, dtype=np.float64)
+        if (
+            self._until.shape != times.shape
+            or np.any(self._until[:-1] > times[1:])
+            or np.any(self._until < times)
+        ):
+            raise ImpulsesError("until_s: must be a vector of times, each from an impulse to the next one")
+        if movable is not None and until_s is not None:
+            raise ImpulsesError("until_s: what is spread cannot move; leave movable out")
         self.dv: Variable = builder.variable(name, (times.size, len(self.axes)))
         self.move: Variable | None = None
         self._moves = np.zeros((times.size, 6))
@@ -325,7 +353,10 @@ class Impulses:
 
     def _kick(self, t_s: float, k: int) -> list[Term]:
         """What impulse k, and its move, add to the state at a later time."""
-        transition = self.motion.transition(t_s, float(self.times_s[k]))
+        at, until = float(self.times_s[k]), float(self._until[k])
+        if until > at:
+            return [(self.dv.index[k], spread_kick(self.motion, t_s, at, until)[:, self.axes])]
+        transition = self.motion.transition(t_s, at)
         terms: list[Term] = [(self.dv.index[k], transition @ self._engine)]
         if self.move is not None:
             terms.append((self.move.index[k : k + 1], (transition @ self._moves[k])[:, None]))

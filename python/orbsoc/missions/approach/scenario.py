@@ -118,6 +118,25 @@ class Corridor(Table):
         return np.asarray(np.cos(angle) * (along * tan(angle) - across))
 
 
+class HalfSpace(Table):
+    """A plane through which the chaser does not go: it stays where a camera or the sun's light wants it."""
+
+    x: float = Field(default=0.0, description="of the direction in which it stays, of any length")
+    y: float = 0.0
+    z: float = 0.0
+    at_least_m: float = Field(default=0.0, ge=-LONGEST_M, le=LONGEST_M, description="along the direction")
+    after: str | None = Field(default=None, description="point from whose arrival on; from the start on")
+
+    def direction(self) -> Array:
+        """(3,), frame (R, T, N)."""
+        given = LVLH.T @ np.array([self.x, self.y, self.z])
+        return np.asarray(given / np.linalg.norm(given))
+
+    def depth(self, positions: Array) -> Array:
+        """How far on this side of the plane positions (..., 3) are, m."""
+        return np.asarray(positions @ self.direction() - self.at_least_m)
+
+
 class Speed(Table):
     """The speed that is allowed at a range: a number, and a share of the range."""
 
@@ -160,6 +179,7 @@ class Scenario(BaseScenario):
     points: dict[str, Point] = Field(min_length=1, description="in the order in which they are flown")
     keep_out: KeepOut
     corridor: Corridor | None = None
+    half_space: HalfSpace | None = None
     speed: Speed | None = None
     engine: Engine = Engine()
     safety: Safety = Safety()
@@ -179,6 +199,12 @@ class Scenario(BaseScenario):
     def gate(self) -> Point:
         """The point at which the keep-out ends and the corridor begins."""
         return self.points[self.keep_out.until]
+
+    @property
+    def half_space_s(self) -> float:
+        """From when on the half-space is kept."""
+        named = self.half_space.after if self.half_space else None
+        return 0.0 if named is None else self.points[named].arrive_s
 
     @property
     def duration_s(self) -> float:
@@ -204,6 +230,7 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
     yield from _time_complaints(scenario)
     yield from _keep_out_complaints(scenario)
     yield from _corridor_complaints(scenario)
+    yield from _half_space_complaints(scenario)
     yield from _speed_complaints(scenario)
 
 
@@ -273,6 +300,28 @@ def _corridor_complaints(scenario: Scenario) -> Iterator[Complaint]:
     if reach > room:
         allowed = f"the corridor begins there and is {room:.3g} m away at its side; must be at most that"
         yield Complaint(f"points.{scenario.keep_out.until}.hold_within_m", f"{reach:g}", allowed)
+
+
+def _half_space_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    half_space = scenario.half_space
+    if half_space is None:
+        return
+    if not any((half_space.x, half_space.y, half_space.z)):
+        yield Complaint("half_space.x", "0", "a direction has a component that is not 0; give x, y or z")
+        return
+    if half_space.after is not None and half_space.after not in scenario.points:
+        allowed = f"no such point; must be one of {', '.join(scenario.points)}"
+        yield Complaint("half_space.after", repr(half_space.after), allowed)
+        return
+    places = {"start": scenario.start.state()[:3]} if half_space.after is None else {}
+    for key, point in scenario.points.items():
+        if point.arrive_s >= scenario.half_space_s:
+            places[f"points.{key}"] = point.position()
+    for key, place in places.items():
+        depth = float(half_space.depth(place))
+        if depth < -1e-9:
+            allowed = f"{-depth:.3g} m beyond the plane of half_space; must be on its side"
+            yield Complaint(key, f"({', '.join(f'{each:g}' for each in LVLH @ place)})", allowed)
 
 
 def _speed_complaints(scenario: Scenario) -> Iterator[Complaint]:

@@ -78,6 +78,9 @@ class Approach:
         of it changes nothing in it."""
         places = [self.start[2::3], *(each.position()[2:] for each in self.scenario.points.values())]
         speeds = [each.velocity() for each in self.scenario.points.values()]
+        half_space = self.scenario.half_space
+        if half_space is not None:
+            places.append(half_space.direction()[2:])
         return not any(each.any() for each in (*places, *(each[2:] for each in speeds if each is not None)))
 
     @property

@@ -12,12 +12,16 @@ from orbsoc.orbit.array import Array, Index
 
 from .approach import Approach
 
-KEEP_OUT, CORRIDOR, SPEED, HOLD, AWAY = KINDS = ("keep_out", "corridor", "speed", "hold", "away")
+KEEP_OUT, CORRIDOR, HALF_SPACE, SPEED, HOLD, AWAY = KINDS = (
+    "keep_out", "corridor", "half_space", "speed", "hold", "away",
+)  # fmt: skip
 ACTIVE: Final = 0.1
 """Of a row, m, or what speeds it is worth: one that a solution keeps by less is not given up."""
 
 ALIKE_ORBIT, ALIKE_ARC, ALIKE_FRACTION = 60, 4, 0.1
 """Of an orbit, for drifts, of an arc, and of a burn: two instants that are nearer to each other do not need a row each."""
+MOST = 6
+"""Rows of a condition that an arc may have."""
 PASSES = 3
 """Of the drift after an impulse, whole or cut, for which there are rows at first."""
 
@@ -41,6 +45,7 @@ class Instants:
 
     keep_out: tuple[Instant, ...] = ()
     corridor: tuple[Instant, ...] = ()
+    half_space: tuple[Instant, ...] = ()
     speed: tuple[Instant, ...] = ()
     hold: tuple[Instant, ...] = ()
     away: tuple[Instant, ...] = ()
@@ -62,7 +67,7 @@ def arrays(instants: Sequence[Instant]) -> tuple[Index, Array, Array]:
 
 
 def at_nodes(approach: Approach) -> Instants:
-    """At the ends of arcs: where corridor, speed and holds are asked for at first."""
+    """At the ends of arcs: where corridor, speed and holds are asked for at first, speeds on arrival at points and in the corridor."""
     ends = [Instant(k, float(end)) for k, end in enumerate(approach.ends_s)]
     scenario = approach.scenario
     later = tuple(each for each in ends if each.t_s > approach.gate_s)
@@ -72,8 +77,15 @@ def at_nodes(approach: Approach) -> Instants:
         for each in ends
         if point.arrive_s <= approach.times_s[each.arc] < point.leave_s
     ]
+    arrivals = [point.arrive_s for point in scenario.points.values()]
+    slow = [each for each in ends if each in later or each.t_s in arrivals]
     return Instants(
-        corridor=later if scenario.corridor else (), speed=later if scenario.speed else (), hold=tuple(held)
+        corridor=later if scenario.corridor else (),
+        half_space=tuple(each for each in ends if each.t_s > scenario.half_space_s)
+        if scenario.half_space
+        else (),
+        speed=tuple(slow) if scenario.speed else (),
+        hold=tuple(held),
     )
 
 
@@ -116,7 +128,7 @@ class Room:
                 beside = [other for other in kept if other.arc == each.arc]
                 near_s = self.alike_s[kind][each.arc]
                 alike = any(each.is_like(other, near_s) for other in beside)
-                if not alike and slack < ACTIVE:
+                if not alike and slack < ACTIVE and len(beside) < MOST:
                     kept.append(each)
                     counts[kind][each.arc] = max(counts[kind][each.arc], len(beside) + 1)
                 else:
@@ -125,7 +137,8 @@ class Room:
                 if sum(other.arc == each.arc for other in kept) < counts[kind][each.arc]:
                     kept.append(each)
             found[kind] = tuple(kept)
-        drifts = counts[KEEP_OUT]
-        drifts[drifts > 0] = drifts.max()  # where one drift has too few rows others soon have
+        most, had = counts[KEEP_OUT].max(), self.counts[KEEP_OUT].max()
+        if most > had:  # where one drift has too few rows others soon have
+            counts[KEEP_OUT][counts[KEEP_OUT] > 0] = min(2 * had, MOST)
         same = all((counts[kind] == self.counts[kind]).all() for kind in KINDS)
         return Instants(**found), self if same else Room(counts, self.alike_s)

@@ -51,6 +51,9 @@ class Search:
         if scenario.corridor is not None:
             depth = scenario.corridor.depth(states[..., :3]) - scenario.corridor.margin_m
             found["corridor"] = self._least(depth, np.arange(len(depth)) >= gate)
+        if scenario.half_space is not None:
+            wanted = self.approach.ends_s > scenario.half_space_s + 1e-6
+            found["half_space"] = self._least(scenario.half_space.depth(states[..., :3]), wanted)
         if scenario.speed is not None:
             ranges = np.linalg.norm(states[..., :3], axis=-1)
             spare = scenario.speed.limit(ranges) - np.linalg.norm(states[..., 3:], axis=-1)

@@ -15,18 +15,19 @@ from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.orbit.array import Array, Index
 
 from .approach import Approach
-from .instants import AWAY, CORRIDOR, HOLD, KEEP_OUT, SPEED, Instant, arrays
+from .instants import AWAY, CORRIDOR, HALF_SPACE, HOLD, KEEP_OUT, SPEED, Instant, arrays
 
 ROOM_M = 2e-3
 """By which every condition is kept better at its instants, for the time between them."""
-WORTH_M = {SPEED: 100.0, **dict.fromkeys((KEEP_OUT, CORRIDOR, HOLD, AWAY), 1.0)}
+WORTH_M = {SPEED: 100.0, **dict.fromkeys((KEEP_OUT, CORRIDOR, HALF_SPACE, HOLD, AWAY), 1.0)}
 """Of a unit of a row, m: a speed by the time that a metre takes."""
 
 
 def heights(approach: Approach) -> dict[str, int]:
     """Rows of each condition at an instant. A flight in the plane has none across it."""
     across = 0 if approach.planar else 1
-    return {KEEP_OUT: 1, CORRIDOR: 2 + across, SPEED: 3 + across, HOLD: 3 + across, AWAY: 1}
+    cones = {CORRIDOR: 2 + across, SPEED: 3 + across, HOLD: 3 + across}
+    return {KEEP_OUT: 1, HALF_SPACE: 1, AWAY: 1} | cones
 
 
 def rows_of(
@@ -42,6 +43,11 @@ def rows_of(
         return matrix, np.full((len(arcs), 1), -axes.min() - ROOM_M)
     if kind == CORRIDOR:
         return _corridor(approach, to)
+    if kind == HALF_SPACE:
+        half_space = approach.scenario.half_space
+        assert half_space is not None
+        matrix = half_space.direction()[None, None] @ to[:, :3]
+        return matrix, np.full((len(arcs), 1), -half_space.at_least_m - ROOM_M)
     if kind == SPEED:
         return _speed(approach, to, about.direction(arcs, times, to))
     if kind == HOLD:

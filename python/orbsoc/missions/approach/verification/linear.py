@@ -25,6 +25,7 @@ LIMIT_M_S = 1e-4
 AN_ORBIT = 1850
 """Samples of a revolution."""
 KEEP_OUT, CORRIDOR, SPEED = "keep-out on the way", "corridor", "speed by range"
+HALF_SPACE = "half-space"
 
 
 class Check(mission.Check):
@@ -97,6 +98,10 @@ def _checks(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, .
         inside = [arc for arc in flown if arc.times_s[0] >= approach.gate_s - 1e-6]
         depths = [(arc, scenario.corridor.depth(arc.states[:, :3]) - arc.bend_m) for arc in inside]
         yield _least(CORRIDOR, "m", depths)
+    if scenario.half_space is not None:
+        within = [arc for arc in flown if arc.times_s[0] >= scenario.half_space_s - 1e-6]
+        depths = [(arc, scenario.half_space.depth(arc.states[:, :3]) - arc.bend_m) for arc in within]
+        yield _least(HALF_SPACE, "m", depths)
     if scenario.speed is not None:
         rows = []
         for arc in flown:

@@ -1,0 +1,1 @@
+"""Numbers that others have published, beside what this computes: `orbsoc reproduce accuracy`."""
