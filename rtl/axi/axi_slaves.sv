@@ -154,9 +154,9 @@ module axi_slaves #(
       .running(running)
   );
 
-  logic piece_valid, piece_ready, piece_take, piece_error, piece_commit, storage_commit;
+  logic spoilt, piece_valid, piece_pair, piece_ready, piece_take, piece_error, piece_commit, storage_commit;
   logic [REGION_BITS+1:0] piece_address;
-  logic [31:0] piece_value;
+  logic [31:0] piece_value, piece_upper;
   logic [ADDRESS_BITS-1:0] storage_address, word_address;
   logic [32*PIECES-1:0] word;
   axi_burst_write #(
@@ -164,7 +164,8 @@ module axi_slaves #(
       .REGION_BITS(REGION_BITS),
       .STORAGE_BYTES(STORAGE_BYTES),
       .CODE_BYTES(CODE_BYTES),
-      .TEMPLATE_BYTES(TEMPLATE_BYTES)
+      .TEMPLATE_BYTES(TEMPLATE_BYTES),
+      .WIDE({CODE_PIECES > 1, FP == 64})
   ) writes (
       .clock(clock),
       .reset(reset),
@@ -184,10 +185,13 @@ module axi_slaves #(
       .bid(bid),
       .bresp(bresp),
       .piece_valid(piece_valid),
+      .piece_pair(piece_pair),
       .piece_ready(piece_ready),
       .piece_error(piece_error || running),
       .piece_address(piece_address),
-      .piece_value(piece_value)
+      .piece_value(piece_value),
+      .piece_upper(piece_upper),
+      .spoilt(spoilt)
   );
   axi_word_pieces #(
       .REGION_BITS(REGION_BITS),
@@ -199,9 +203,11 @@ module axi_slaves #(
       .clock(clock),
       .reset(reset),
       .take(piece_take),
-      .drop(piece_ready && running),
+      .drop(spoilt || (piece_ready && running)),
+      .pair(piece_pair),
       .address(piece_address),
       .value(piece_value),
+      .upper(piece_upper),
       .error(piece_error),
       .commit(piece_commit),
       .storage_commit(storage_commit),
