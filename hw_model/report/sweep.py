@@ -47,13 +47,14 @@ class Sweep:
     partitions: tuple[str, ...]
     axes: Mapping[str, tuple[Any, ...]]
     workload: Path | None = None
+    orderings: tuple[str, ...] = ()
+    """Orders of elimination, each a record of its own; (): that of the solves' settings."""
 
     @property
     def size(self) -> int:
         """Number of points."""
-        return (
-            len(self.devices) * len(self.partitions) * math.prod(len(values) for values in self.axes.values())
-        )
+        computers = len(self.devices) * math.prod(len(values) for values in self.axes.values())
+        return max(1, len(self.orderings)) * len(self.partitions) * computers
 
 
 def load_sweep(path: str | Path) -> Sweep:
@@ -71,8 +72,9 @@ def load_sweep(path: str | Path) -> Sweep:
     if workload is not None and not isinstance(workload, str):
         raise SweepError(f"{where}: `workload` = {workload!r}: must be the path of a file")
     devices, partitions = flat.pop("device", ("zu9eg",)), flat.pop("partition", ("paper",))
+    orderings = flat.pop("ordering", ())
     place = None if workload is None else Path(path).parent / workload
-    return checked(Sweep(devices, partitions, flat, place), where)
+    return checked(Sweep(devices, partitions, flat, place, orderings), where)
 
 
 def checked(sweep: Sweep, where: str) -> Sweep:
@@ -116,10 +118,15 @@ def possible_computers(sweep: Sweep) -> tuple[list[tuple[Platform, dict[str, Any
 
 
 def run(
-    trace: Trace, sweep: Sweep, study: Study | None = None, progress: Callable[[int], None] | None = None
+    trace: Trace,
+    sweep: Sweep,
+    study: Study | None = None,
+    progress: Callable[[int], None] | None = None,
+    ordering: str | None = None,
 ) -> tuple[list[Point], list[Refused]]:
     """Every point of the grid, device by device, and the computers that have none; `progress` is told how many are done.
 
+    The trace is of one order of elimination; `ordering` names it, where the grid has several.
     Raises IgnoredKeyError for an axis that no point reads, and HwModelError when there is no point at all.
     """
     study = study or Study(trace)
@@ -135,6 +142,8 @@ def run(
     first: HwModelError | None = None
     for platform, settings in possible:
         shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
+        if ordering is not None:
+            shown["ordering"] = ordering
         try:
             points += study.points(platform, partitions, shown)
         except HwModelError as error:
@@ -163,7 +172,7 @@ def _values(where: str, key: str, value: Any) -> tuple[Any, ...]:
     if not isinstance(value, list) or not value:
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of at least one value")
     values: list[Any] = value
-    if key in ("device", "partition") and not all(isinstance(item, str) for item in values):
+    if key in ("device", "partition", "ordering") and not all(isinstance(item, str) for item in values):
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: must be a list of names")
     if any(item in values[:k] for k, item in enumerate(values)):
         raise SweepError(f"{where}: `axes.{key}` = {value!r}: names a value twice")

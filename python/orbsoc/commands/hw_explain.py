@@ -31,8 +31,8 @@ def explain(
         from hw_model.figures.difference import difference_figure
         from hw_model.figures.gantt import iterations_figure
         from hw_model.report.explain import explain as compare
+        from hw_model.report.run import simulate
         from hw_model.report.usage import EXPLAIN_USAGE, require_used
-        from hw_model.timing.timeline import simulate
         from orbsoc.hw.workload import load_workload
 
         _parts(a), _parts(b)
@@ -65,6 +65,7 @@ def explain(
             f" {(found.b_picoseconds - found.a_picoseconds) / 1e9:+10.3f}",
             found.headline,
             found.energy_line,
+            *found.computer_lines,
         ]
         options.print_report(lines, document, folder, as_json=as_json)
 

@@ -14,7 +14,7 @@ from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model.report.study import Point
-    from hw_model.report.sweep import Sweep
+    from hw_model.report.sweep import Refused, Sweep
 
 
 def sweep(
@@ -39,10 +39,18 @@ def sweep(
         from orbsoc.hw.workload import load_workload
 
         chosen = load_sweep(file)
-        record = load_workload(_workload(chosen, workload, file))
+        place = _workload(chosen, workload, file)
         platforms = [platform for platform, _ in possible_computers(chosen)[0]]
-        cycles = options.stage_cycles(record, exact=exact, computers=platforms)
-        points, refused = run(record.trace, chosen, Study(record.trace, cycles))
+        points: list[Point] = []
+        refused: list[Refused] = []
+        for ordering in _orderings(chosen, file):
+            record = load_workload(place, ordering)
+            cycles = options.stage_cycles(record, exact=exact, computers=platforms)
+            found = run(record.trace, chosen, Study(record.trace, cycles), ordering=ordering)
+            points, refused = (
+                points + found[0],
+                [*refused, *(each for each in found[1] if each not in refused)],
+            )
         front = pareto(points)
         first = {platform.name: platform for platform in reversed(platforms)}
         widest = max(map(load_partition, chosen.partitions), key=lambda split: split.uses_pl)
@@ -52,6 +60,7 @@ def sweep(
             "workload": record.origin,
             "points": len(points),
             "axes": {"device": list(chosen.devices), "partition": list(chosen.partitions)}
+            | ({"ordering": list(chosen.orderings)} if chosen.orderings else {})
             | {key: list(values) for key, values in chosen.axes.items()},
             "refused": [asdict(each) for each in refused],
             "pareto": [point.row() for point in front],
@@ -93,7 +102,13 @@ def _line(point: Point) -> str:
         f"{point.device} {point.partition} {count_of(point.lanes, 'lane')} {point.pl_clock_mhz:g} MHz{settings}:"
         f" {point.times_ms[0]:.3f} ms, {point.energy.nominal_mj:.2f} mJ,"
         f" {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
+        f"{'' if point.budget.fits else ', DOES NOT FIT'}{_loads(point)}"
     )
+
+
+def _loads(point: Point) -> str:
+    """What the loads of a run take, where there are any."""
+    return f", of it {point.loading.plan_ms:.3f} ms loading programs" if point.loading.plan_ms else ""
 
 
 def _share(point: Point) -> float:
@@ -106,6 +121,20 @@ _SHOWN = 5
 
 def _settings(settings: Mapping[str, Any]) -> str:
     return " ".join(f"{key}={value}" for key, value in settings.items())
+
+
+def _orderings(chosen: Sweep, file: Path) -> tuple[str | None, ...]:
+    """The orders of elimination of the grid; None: what the solves' settings say. Raises SweepError for no such order."""
+    from hw_model.report.sweep import SweepError
+    from orbsoc.conic.settings import ORDERINGS
+
+    allowed = [name for name in ORDERINGS if name != "automatic"]
+    for name in chosen.orderings:
+        if name not in allowed:
+            raise SweepError(
+                f"sweep {file.name}: `axes.ordering` has {name!r}: allowed are {', '.join(allowed)}"
+            )
+    return chosen.orderings or (None,)
 
 
 def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:

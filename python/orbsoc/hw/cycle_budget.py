@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import hw_model
-from hw_model.area.budget import Budget, budget
+from hw_model.area.budget import Budget
 from hw_model.figures.gantt import gantt_figure
 from hw_model.platform.partition import BEST
 from hw_model.report.best import chosen_partition
@@ -40,8 +40,6 @@ class CycleBudget:
     deadline_ms: float | None
     exact: bool
     """Whether the PL's cycles are those of schedules, equal to the RTL, or estimated."""
-    area: Budget
-    """What the engine takes of the device."""
     timeline: hw_model.Timeline
     """The same run, piece by piece."""
 
@@ -53,7 +51,16 @@ class CycleBudget:
     def headline(self) -> str:
         """The model's headline, and what it is about."""
         cycles = "" if self.report.estimated else f" {self.cycles} PL cycles;"
-        return f"{SCOPE}, {self.report.headline};{cycles} {self.fit}; {self.report.price_line}; {self.report.energy_line}"
+        fit = f" {self.fit};" if self.area.fits else ""
+        return (
+            f"{SCOPE}, {self.report.headline};{cycles}{fit} {self.report.price_line};"
+            f" {self.report.loading.words}; {self.report.energy_line}"
+        )
+
+    @property
+    def area(self) -> Budget:
+        """What the engine takes of the device."""
+        return self.report.area
 
     @property
     def cycles(self) -> str:
@@ -153,11 +160,8 @@ def cycle_budget(
     trace, platform = hw_model.parse_trace(scheduler.trace), hw_model.load_platform(device)
     split = chosen_partition(partition, trace, platform, cycles)
     report = hw_model.speedup(trace, platform, split, deadline_ms=judged_ms, cycles=cycles)
-    area = budget(trace, platform, split, cycles)
-    if report.deadline is not None and not area.fits:
-        report = replace(report, deadline=replace(report.deadline, verdict="FAIL"))
     timeline = hw_model.simulate(trace, platform, split, cycles)
-    return CycleBudget(report, same_bits, deadline_ms, exact, area, timeline)
+    return CycleBudget(report, same_bits, deadline_ms, exact, timeline)
 
 
 def _same_bits(one: Solution, other: Solution) -> bool:
