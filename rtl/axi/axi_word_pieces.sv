@@ -20,6 +20,8 @@ module axi_word_pieces #(
     input logic [31:0] upper,
     output logic error,
     output logic commit,  // the piece writes a word
+    output logic digested,  // it is one of microcode or templates, and is kept
+    output logic digested_pair,
     output logic storage_commit,
     output logic [ADDRESS_BITS-1:0] storage_address,
     // A cycle after `take`: word, and whether it goes to microcode or templates.
@@ -66,6 +68,8 @@ module axi_word_pieces #(
   assign error = !begin_word && !padding && !(place == next && this_word == begun);
   assign after = place + PLACE'(1);
   assign commit = take && !error && !padding && (place == last || (pair && after == last));
+  assign digested = take && !error && !padding && region != STORAGE;
+  assign digested_pair = pair && after <= last;
   assign storage_commit = commit && region == STORAGE;
   assign storage_address = ADDRESS_BITS'(offset >> WORD_SHIFT);
 

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from orbsoc.rtl.digest import program_digest
 from tests.rtl.engine_sources import RTL, build
 from tests.rtl.verilator import require_verilator
 
-WORDS = {"ENGINE_WORD": 0x01010184, "SIZES_WORD": 0x12345678}
+WORDS = {"ENGINE_WORD": 0x01010184, "SIZES_WORD": 0x12345678, "IDENTITY_WORD": 0x23456789}
 """What the harness (rtl/harness/axi_traffic.cpp) expects of the wrapper's constant registers."""
 F64 = {"FP": 64, "ADDRESS_BITS": 6, "CODE_BITS": 3, "CODE_WIDTH": 100} | WORDS
 F32 = {"FP": 32, "ADDRESS_BITS": 6, "CODE_BITS": 3, "CODE_WIDTH": 150} | WORDS
@@ -63,6 +64,26 @@ def test_bursts_of_sixteen_beats_take_the_clocks_of_the_documentation() -> None:
     assert found == {what: int(count) for what, count in documented}
 
 
+@pytest.mark.parametrize(
+    ("shape", "pieces", "stride"), [(F64, 4, 4), (F32, 5, 8)], ids=["binary64", "binary32"]
+)
+def test_the_digest_is_that_of_the_words_whatever_the_size_of_a_beat(
+    shape: dict[str, int], pieces: int, stride: int
+) -> None:
+    require_verilator()
+    done = subprocess.run(
+        [build("axi_slaves", **shape), "timing"], capture_output=True, text=True, check=True
+    )
+    found = {what: int(word) for what, word in re.findall(r"^digest (.+) (\d+)$", done.stdout, re.MULTILINE)}
+    written = {  # beat i holds i: as two pieces, or as one in the half that its address names
+        "microcode written by 8 bytes": [word for beat in range(16) for word in (beat, 0)],
+        "microcode written by 4 bytes": [beat if beat % 2 == 0 else 0 for beat in range(16)],
+    }
+    for what, words in written.items():
+        lines = [words[at : at + pieces] for at in range(0, len(words), stride)]
+        assert found[what] == program_digest([], lines), what
+
+
 def test_the_core_file_lists_all_of_the_rtl_and_the_list_elaborates() -> None:
     require_verilator()
     listed = re.findall(r"^      - ([\w/.]+)", (RTL / "orbsoc.core").read_text(), re.MULTILINE)
@@ -94,7 +115,7 @@ MUTATIONS = {
     ),
     "no room kept for beats under way": Wrong("burst_read", "credit = ", "!under_way[DEPTH_BITS]", "1'b1"),
     "a register write twice on the bus": Wrong(
-        "registers", "bus_write <= ", "take_write && !reset_address", "(take_write && !reset_address) || (bus_write && bus_value[4:0] == '1)"
+        "registers", "bus_write <= ", "take_write && !kept_address", "(take_write && !kept_address) || (bus_write && bus_value[4:0] == '1)"
     ),
     "a register write answered before it is done": Wrong("lite_slave", "answered = ", "write_done || (both && !whole)", "both"),
     "a register write that does not wait for storage": Wrong("registers", "idle && write_wanted && ", "quiet", "1'b1"),
@@ -105,6 +126,7 @@ MUTATIONS = {
     "a beat taken before the one it follows has ended": Wrong("burst_write", "upper || !halves[1] || ", "piece_pair", "1'b1"),
     "halves of two words taken as one": Wrong("burst_write", "piece_pair = ", "wide", "1'b1"),
     "a word begun before a run completed after it": Wrong("word_pieces", "if (reset || ", "drop", "1'b0"),
+    "a write to the digest reaches the engine": Wrong("registers", "kept_address = reset_address || ", "write_address == DIGEST", "1'b0"),
     "register reads that starve under writes": Wrong("registers", "!(read_wanted && ", "last_write", "1'b0"),
 }  # fmt: skip
 

@@ -33,6 +33,9 @@ class Recorder(RtlSession):
         self.tables: list[tuple[int, int]] = []
         self.memories: dict[str, dict[int, int]] = {"template": {}, "code": {}, "set": {}}
 
+    def require_engine_of(self, image: _core.ProgramImage) -> None:
+        """There is no engine."""
+
     def write(self, address: int, value: int) -> None:
         self.tables.append((address, int(value)))
 
