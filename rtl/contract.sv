@@ -6,7 +6,7 @@ package contract;
   // One number for everything of an engine that a program depends on (rust/orbsoc-hw/src/machine/identity.rs has the same):
   // FNV-1a over whole words. A word that is added goes to the end of both lists, and another version to their begin.
   function automatic logic [31:0] mixed(input logic [31:0] hash, input int word);
-    return (hash ^ 32'(word)) * 32'd16777619;
+    mixed = (hash ^ word) * 32'd16777619;
   endfunction
   function automatic logic [31:0] identity(input int fp, input int lanes, input int dividers, input int banks,
                                            input int clusters, input int address_bits, input int compressed);
@@ -34,6 +34,6 @@ package contract;
     hash = mixed(hash, SHORT_BITS);
     hash = mixed(hash, TEMPLATE_BITS);
     hash = mixed(hash, TEMPLATE_WIDTH);
-    return hash;
+    identity = hash;
   endfunction
 endpackage

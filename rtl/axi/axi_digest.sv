@@ -20,7 +20,7 @@ module axi_digest #(
     logic [31:0] state;
     state = crc ^ next;
     for (int i = 0; i < 32; i++) state = (state >> 1) ^ (state[0] ? 32'hedb88320 : 32'd0);
-    return state;
+    crc_word = state;
   endfunction
 
   logic taken, taken_pair;

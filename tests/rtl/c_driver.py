@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import struct
 import subprocess
-import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -28,8 +26,8 @@ from orbsoc.ps.registers import (
     Wrapper,
 )
 from orbsoc.ps.segments import Segment
-from orbsoc.rtl.digest import TEMPLATE
 from tests.rtl.engine_sources import RTL
+from tests.rtl.written_program import WrittenProgram
 
 DRIVER = RTL / "driver"
 STRICT = (
@@ -139,7 +137,7 @@ class Board:
         }
         self.spoil: Callable[[int, int], tuple[int, int]] = lambda offset, value: (offset, value)
         """What a write to the memories becomes on its way."""
-        self._digested: tuple[list[int], list[int]] = [], []
+        self._program = WrittenProgram()
         self._hooks = _READ(self._read), _WRITE(self._write)
         for name, hook in zip(("read_hook", "write_hook"), self._hooks, strict=True):
             ctypes.c_void_p.in_dll(self.library, name).value = ctypes.cast(hook, ctypes.c_void_p).value
@@ -159,8 +157,7 @@ class Board:
         if address in self._constants:
             return self._constants[address]
         if address == Wrapper.DIGEST:
-            pieces, numbers = (zlib.crc32(struct.pack(f"<{len(words)}I", *words)) for words in self._digested)
-            return pieces ^ numbers
+            return self._program.digest
         value = self.port.read(address)
         self.accesses.append(("read", address, value))
         return value
@@ -169,7 +166,7 @@ class Board:
         if address >= MEMORIES:
             self._write_memory(*self.spoil(address - MEMORIES, value))
         elif address - REGISTERS == Wrapper.DIGEST:
-            self._digested = [], []
+            self._program.clear()
         elif address - REGISTERS == Wrapper.RESET:
             self.resets += value
         elif TABLE <= address - REGISTERS < Wrapper.RESET:
@@ -200,11 +197,8 @@ class Board:
             self.refused.append(offset)
             return
         self._begun.append(value)
-        if region is not Region.STORAGE:
-            self._digested[0].append(value)
+        self._program.piece(region, word, value, last=piece == pieces - 1)
         if piece == pieces - 1:
-            if region is not Region.STORAGE:
-                self._digested[1].append(word | (TEMPLATE if region is Region.TEMPLATES else 0))
             self.memories[region][word] = self._begun
             self._begun = []
 

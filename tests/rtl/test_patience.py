@@ -49,8 +49,12 @@ def test_a_launch_that_does_not_end_is_an_error_though_every_command_is_answered
         port = RtlPort(session)
         port.write(Register.CONTROL, Control.ATTEMPT)
         with pytest.raises(RtlError, match=r"has not ended what it was launched for within 0\.5 s"):
-            for _ in range(1_000_000):
-                port.tick()
+            poll(port)
+
+
+def poll(port: RtlPort) -> None:
+    for _ in range(1_000_000):
+        port.tick()
 
 
 def test_a_session_that_is_not_asked_lives_on(tmp_path: Path) -> None:

@@ -71,14 +71,15 @@ class RtlSession:
     Raises RtlError when the harness ends, answers what it should not, or does not answer within `patience_s`.
     """
 
-    def __init__(self, harness: Path, patience_s: float = PATIENCE_S) -> None:
+    def __init__(self, harness: Path, patience_s: float = PATIENCE_S, options: Sequence[str] = ()) -> None:
+        """`options`: +NAMEs that the RTL of a test asks for."""
         self.patience_s = patience_s
         self._asked_at: float | None = None
         self._late = False
         self._closed = threading.Event()
         self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115  # as long-lived as the session
         self._process = subprocess.Popen(
-            [harness, "-"],
+            [harness, "-", *options],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
         )  # fmt: skip
         threading.Thread(target=self._watch, daemon=True).start()
