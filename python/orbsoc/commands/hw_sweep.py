@@ -44,7 +44,7 @@ def sweep(
         points: list[Point] = []
         refused: list[Refused] = []
         for ordering in _orderings(chosen, file):
-            record = load_workload(place, ordering)
+            record = load_workload(place) if ordering is None else load_workload(place, ordering)
             cycles = options.stage_cycles(record, exact=exact, computers=platforms)
             found = run(record.trace, chosen, Study(record.trace, cycles), ordering=ordering)
             points, refused = (
