@@ -85,7 +85,7 @@ def work_counts(work: Work, durations: Durations, microcode_word_bits: int, know
             program = durations.loaded.each[work.pattern]
             counts["beat"] += -(-durations.loaded.written(work.pattern) // BEAT_BYTES)
             counts["register_access"] += program.register_writes + program.word_stores
-    elif work.kind != "compute" and work.kind != "build":
+    elif work.kind not in ("compute", "build", "outer"):
         buffers = len(durations.trace.patterns[work.pattern].buffers)
         confirm = link.status_register_reads.value - (-buffers // link.flags_per_register.value)
         frame, acknowledged = link.frame_register_writes.value, link.acknowledge_register_writes.value

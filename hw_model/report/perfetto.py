@@ -144,7 +144,7 @@ def _places(segment: Segment, platform: Platform, serial: bool) -> list[Track]:
 def _event(
     segment: Segment, process: int, thread: int, start_picoseconds: int | None = None
 ) -> dict[str, Any]:
-    computing = segment.kind in ("compute", "build")
+    computing = segment.kind in ("compute", "build", "outer")
     start = segment.start_picoseconds if start_picoseconds is None else start_picoseconds
     return {
         "ph": "X",

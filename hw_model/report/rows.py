@@ -142,8 +142,8 @@ def solve_rows(timeline: Timeline, durations: Durations) -> list[SolveRow]:
 
 
 def stage_rows(actions: list[Action], durations: Durations) -> list[StageRow]:
-    """A row for every stage that runs, and for the generation of problems, in the order of their first run."""
-    runs = Counter(action.work for action in actions if action.work.kind in ("compute", "build"))
+    """A row for every stage that runs, for the generation of problems and a counted outer loop, in the order of their first run."""
+    runs = Counter(action.work for action in actions if action.work.kind in ("compute", "build", "outer"))
     named = {action.work: (action.stage, action.module) for action in actions}
     rows: list[StageRow] = []
     for work, count in runs.items():

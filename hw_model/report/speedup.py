@@ -54,8 +54,10 @@ if TYPE_CHECKING:
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
 SCHEMA = "orbsoc.hardware-report/1"
 
-NOT_MODELLED = (
+ASSUMED_GENERATION = (
     "Generating a problem is priced by its nonzeros, from an assumed cost each; of the rest of the outer loop, nothing.",
+)
+NOT_MODELLED = (
     "No contention between PS and PL for memory beyond the jitter's bound.",
     "Copies inside a stage are free unless the trace counts them as moves.",
 )
@@ -160,6 +162,8 @@ class Report:
     """The same comparison at each price of the PS's work; one where the trace has no counts to price."""
     throughput: tuple[Throughput, ...]
     """Problems of these patterns back to back, with one, two and four in flight."""
+    outer_loop: str
+    """How what happens around the solves was counted; empty where only an assumed generation of problems is priced."""
     assumptions: tuple[Assumption, ...]
 
     def __repr__(self) -> str:
@@ -252,7 +256,7 @@ class Report:
     @property
     def not_modelled(self) -> tuple[str, ...]:
         """What the numbers leave out."""
-        return ESTIMATED + NOT_MODELLED if self.estimated else NOT_MODELLED
+        return ESTIMATED * self.estimated + ASSUMED_GENERATION * (not self.outer_loop) + NOT_MODELLED
 
     @property
     def slower_modules(self) -> tuple[ModuleRow, ...]:
@@ -319,12 +323,14 @@ def speedup(
     deadline_ms: float | None = None,
     baseline: Partition | str | Path = "all_ps",
     cycles: StageCycles = estimated,
+    baseline_trace: Mapping[str, Any] | Trace | None = None,
 ) -> Report:
     """Compare `partition` with `baseline` on the same `platform` and trace (objects, names or paths; "best" is the fastest
     partition that fits).
 
     Bands come from the parameters that have `low` and `high`: PS, fabric (PL, link and interrupts) and generation
-    of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace.
+    of the problems are taken to their slow and fast ends independently. `deadline_ms` is for the whole trace. `baseline_trace`
+    is of the same solves as the baseline runs them: a core alone may be faster in another order of elimination.
     Raises TraceError, PlatformError, PartitionError, or HwModelError for an impossible deadline.
     """
     if deadline_ms is not None and not (math.isfinite(deadline_ms) and deadline_ms > 0.0):
@@ -334,8 +340,9 @@ def speedup(
     base = as_partition(baseline)
     area = budget(trace, platform, partition, cycles)
     actions, durations, timeline = _run(trace, platform, partition, cycles, area.programs)
-    base_area = budget(trace, platform, base, cycles)
-    base_actions, base_durations, before = _run(trace, platform, base, cycles, base_area.programs)
+    base_trace = trace if baseline_trace is None else parse_trace(baseline_trace)
+    base_area = budget(base_trace, platform, base, cycles)
+    base_actions, base_durations, before = _run(base_trace, platform, base, cycles, base_area.programs)
     if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
         raise HwModelError("the trace takes no time at all: its solves run no operations")
     times_ms, base_ms = _times_ms(actions, durations), _times_ms(base_actions, base_durations)
@@ -390,6 +397,7 @@ def speedup(
         area=area,
         loading=loading(platform, area.programs),
         prices=prices,
+        outer_loop=trace.outer_loop.source if trace.outer_loop else "",
         assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
     )
 

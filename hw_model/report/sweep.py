@@ -41,20 +41,21 @@ class SweepError(HwModelError):
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Axes of a grid. `workload` is the file to record, relative to the sweep file, where it names one."""
+    """Axes of a grid. `workload` is the file to record, relative to the sweep file, where it names one; `orderings` are orders
+    of elimination, by the solver's names; (): the fastest of each point."""
 
     devices: tuple[str, ...]
     partitions: tuple[str, ...]
     axes: Mapping[str, tuple[Any, ...]]
     workload: Path | None = None
     orderings: tuple[str, ...] = ()
-    """Orders of elimination, each a record of its own; (): that of the solves' settings."""
 
     @property
     def size(self) -> int:
         """Number of points."""
+        orders = max(1, len(self.orderings))
         computers = len(self.devices) * math.prod(len(values) for values in self.axes.values())
-        return max(1, len(self.orderings)) * len(self.partitions) * computers
+        return orders * len(self.partitions) * computers
 
 
 def load_sweep(path: str | Path) -> Sweep:
@@ -118,15 +119,10 @@ def possible_computers(sweep: Sweep) -> tuple[list[tuple[Platform, dict[str, Any
 
 
 def run(
-    trace: Trace,
-    sweep: Sweep,
-    study: Study | None = None,
-    progress: Callable[[int], None] | None = None,
-    ordering: str | None = None,
+    trace: Trace, sweep: Sweep, study: Study | None = None, progress: Callable[[int], None] | None = None
 ) -> tuple[list[Point], list[Refused]]:
     """Every point of the grid, device by device, and the computers that have none; `progress` is told how many are done.
 
-    The trace is of one order of elimination; `ordering` names it, where the grid has several.
     Raises IgnoredKeyError for an axis that no point reads, and HwModelError when there is no point at all.
     """
     study = study or Study(trace)
@@ -142,8 +138,6 @@ def run(
     first: HwModelError | None = None
     for platform, settings in possible:
         shown = {key: value for key, value in settings.items() if key not in ("pl.lanes", "pl.clock_mhz")}
-        if ordering is not None:
-            shown["ordering"] = ordering
         try:
             points += study.points(platform, partitions, shown)
         except HwModelError as error:

@@ -52,20 +52,25 @@ class ParameterUse:
     """Operations that the PS runs at all."""
     counted: bool = True
     """Whether executed instructions of the trace's patterns can be told."""
+    outer_loop: bool = False
+    """Whether what happens around the solves was counted, in instructions of one core and in binary64."""
 
     def of(self, trace: Trace, partition: Partition, platform: Platform, cycles: StageCycles) -> ParameterUse:
         """The same of one trace under one partition, with the cycles from this source."""
-        off_pl = self.off_pl or not partition.uses_pl
+        off_pl, outer_loop = self.off_pl or not partition.uses_pl, trace.outer_loop is not None
+        ps_codes = _codes_on_ps(trace, None if off_pl else partition)
+        ps_datapaths: frozenset[Datapath] = frozenset({trace.ps_datapath or trace.datapath})
         return replace(
             self,
             on_pl=partition.uses_pl,
             resident=partition.control == "pl",
             off_pl=off_pl,
-            ps_codes=_codes_on_ps(trace, None if off_pl else partition),
+            ps_codes=ps_codes | (_SLOW_CODES if outer_loop else frozenset()),
             scheduled=is_scheduled(trace, partition, platform, cycles),
             datapaths=frozenset({trace.datapath}),
-            ps_datapaths=frozenset({trace.ps_datapath or trace.datapath}),
+            ps_datapaths=ps_datapaths | ({"f64"} if outer_loop else set()),
             counted=all(map(can_be_counted, trace.patterns)),
+            outer_loop=outer_loop,
         )
 
     @property
@@ -74,6 +79,7 @@ class ParameterUse:
         return bool(self.area or self.questions & {"times", "engine"})
 
 
+_SLOW_CODES: frozenset[Opcode] = frozenset({"div", "sqrt"})
 ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36", "uram"})
 TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
 """One run without jitter: the file for a trace viewer."""
@@ -181,9 +187,13 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name in ("parallel_fraction", "fork_join_us"):
         cores = {computing_cores(platform, uses_pl=way) for way in _ways(usage)}
         return _unless(max(cores) > 1, "one core computes; set `runtime.cores_used` to more")
-    of_instructions = name in ("instruction_factor", "cycles_per_instruction") or name.endswith(
-        "_stall_cycles"
-    )
+    if name == "build_flops_per_nonzero":
+        used = not usage.outer_loop or platform.pl.interleaved.value > 1
+        return _unless(used, "the outer loop of this plan was counted, the generation of its problems in it")
+    each_instruction = name in ("instruction_factor", "cycles_per_instruction")
+    if each_instruction and usage.outer_loop:
+        return None
+    of_instructions = each_instruction or name.endswith("_stall_cycles")
     if (name == "price" or of_instructions) and not usage.counted:
         return "the trace has not the solver's own buffers, by which executed instructions go"
     if of_instructions:

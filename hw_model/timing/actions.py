@@ -18,13 +18,16 @@ from .programs import follows_another
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
 
-    from .trace import Solve, Trace
+    from .trace import OuterLoop, Solve, Trace
 
 RESULT = "(result)"
 """Stage name of what ends a solve: the status read, and copies of what the last stage wrote on the PL."""
 
 PROBLEM = "(problem data)"
 """Stage name of the generation of a solve's data, and of the frame that announces them to the PL."""
+
+OUTER = "(outer loop)"
+"""Stage name of what the PS does after the last solve of a plan: the flight that judges it."""
 
 START_UP = "equilibrate"
 """Stage that begins every solve attempt, cold or warm."""
@@ -36,9 +39,10 @@ OUTCOME = ("control", "verdict")
 """Buffers in which the PL leaves why an attempt has ended, where it decides by itself."""
 
 Kind = Literal[
-    "build", "load", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest", "control"
-]
-"""`build`: the PS generates the problem of a solve; `load`: it writes the program of another pattern than the last solve's; `launch`: the frame that starts a segment; `interrupt`: the PS learns,
+    "build", "outer", "load", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest", "control"
+]  # fmt: skip
+"""`build`: the PS generates the problem of a solve, as assumed; `outer`: it does what was counted around the solves; `load`: it writes the
+program of another pattern than the last solve's; `launch`: the frame that starts a segment; `interrupt`: the PS learns,
 by interrupt or polling, that the segment has ended; `flags`: status, data-valid flags and acknowledgement after it;
 `publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
 a solve; `control`: the PL's operation control between two segments that it runs by itself."""
@@ -52,7 +56,7 @@ class Work(NamedTuple):
     """Where it computes; for a copy, where the buffer goes; else the PS."""
     pattern: int
     what: str
-    """The stage or stream for "compute" and "control", the buffer for "copy", else empty."""
+    """The stage or stream for "compute" and "control", the buffer for "copy", the number of the work for "outer", else empty."""
 
 
 class Action(NamedTuple):
@@ -70,8 +74,9 @@ class Action(NamedTuple):
 def actions_of(trace: Trace, partition: Partition) -> list[Action]:
     """Copies, launches, computations, interrupts and flag checks of every solve, in order.
 
-    Each solve starts with the generation of its data on the PS, and the program of its pattern where another's was before, and ends when the PS holds what the last stage wrote. So
-    does each attempt of a solve with restarts: the PS judges its outcome before the next one. A partition that leaves
+    Each solve starts with the generation of its data on the PS, then the program of its pattern where another's was before. It ends
+    when the PS holds what the last stage wrote; after
+    the last comes the rest of a counted outer loop. So does each attempt of a solve with restarts: the PS judges its outcome before the next one. A partition that leaves
     the PL idle has no protocol: the PS computes and nothing else happens.
     """
     streams = [members(name) for name in streams_of(trace, partition)]
@@ -85,7 +90,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
         residency = Residency(name for name, words in pattern.buffers.items() if words)
         outputs: tuple[str, ...] = ()
         iteration = solve.events[0][1] if solve.events else 0
-        actions.append(Action(Work("build", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
+        actions.append(Action(_before(trace, s), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl and changed:
             actions.append(Action(Work("load", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl:
@@ -95,7 +100,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             name, iteration = SEPARATOR.join(stages), solve.events[e][1]
             begins = stages[0] == START_UP
             if e and begins:
-                works = _end(partition, solve.pattern, residency, outputs)
+                works = ending(partition, solve.pattern, residency, outputs)
                 actions += [Action(work, "ps", RESULT, s, iteration, e) for work in works]
                 residency.written(REWRITTEN, "ps")
             stage = pattern.stage(name)
@@ -104,7 +109,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             if partition.control == "ps":
                 crossing = residency.missing(stage.reads, side)
                 works += [Work("copy", side, solve.pattern, buffer) for buffer in crossing]
-                works += _run(side, solve.pattern, name, announced=partition.uses_pl)
+                works += running(side, solve.pattern, name, announced=partition.uses_pl)
             else:
                 if begins:
                     works += _attempt(trace, solve, e, residency)
@@ -113,9 +118,27 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             residency.written(stage.writes, side)
             outputs = stage.writes
             e += len(stages)
-        works = _end(partition, solve.pattern, residency, outputs)
+        works = ending(partition, solve.pattern, residency, outputs)
         actions += [Action(work, "ps", RESULT, s, iteration, len(solve.events)) for work in works]
+    if trace.outer_loop is not None:
+        last, solve = len(trace.solves), trace.solves[-1]
+        iteration = solve.events[-1][1] if solve.events else 0
+        work = Work("outer", "ps", solve.pattern, _number(trace.outer_loop, last))
+        actions.append(Action(work, "ps", OUTER, last - 1, iteration, len(solve.events) + 1))
     return actions
+
+
+def _before(trace: Trace, s: int) -> Work:
+    """What the PS does before a solve."""
+    pattern = trace.solves[s].pattern
+    if trace.outer_loop is None:
+        return Work("build", "ps", pattern, "")
+    return Work("outer", "ps", pattern, _number(trace.outer_loop, s))
+
+
+def _number(loop: OuterLoop, k: int) -> str:
+    """The first work that is equal to number k."""
+    return str(loop.works.index(loop.works[k]))
 
 
 def _attempt(trace: Trace, solve: Solve, first: int, residency: Residency) -> list[Work]:
@@ -134,7 +157,7 @@ def _attempt(trace: Trace, solve: Solve, first: int, residency: Residency) -> li
     return [*works, Work("launch", "ps", solve.pattern, "")]
 
 
-def _end(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
+def ending(partition: Partition, pattern: int, residency: Residency, outputs: tuple[str, ...]) -> list[Work]:
     """The end of an attempt: the PL is idle, and what the last stage wrote goes to the PS."""
     works = [Work("rest", "ps", pattern, "")] if partition.uses_pl else []
     if partition.control == "pl":
@@ -143,7 +166,7 @@ def _end(partition: Partition, pattern: int, residency: Residency, outputs: tupl
     return works + [Work("copy", "ps", pattern, buffer) for buffer in residency.missing(outputs, "ps")]
 
 
-def _run(side: Side, pattern: int, name: str, *, announced: bool) -> list[Work]:
+def running(side: Side, pattern: int, name: str, *, announced: bool) -> list[Work]:
     """One run of a stage: on the PL it is launched, interrupts, and has its flags read."""
     compute = Work("compute", side, pattern, name)
     if side == "ps":

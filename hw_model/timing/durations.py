@@ -57,7 +57,7 @@ class Durations:
         self.platform = platform
         self.loaded = loaded
         """The programs of its patterns; NONE: all are there, and a change takes no time."""
-        self._source, self._partition = cycles, partition
+        self._source, self.partition = cycles, partition
         self._cycles = of_program(cycles, streams_of(trace, partition))
         self.cores = ps.computing_cores(platform, uses_pl=partition.uses_pl)
         """Cores that may share a stage."""
@@ -66,7 +66,7 @@ class Durations:
 
     def on(self, platform: Platform) -> Durations:
         """The same on another platform."""
-        return Durations(self.trace, platform, self._partition, self._source, self.loaded)
+        return Durations(self.trace, platform, self.partition, self._source, self.loaded)
 
     def with_programs(self, loaded: Programs) -> Durations:
         """The same with other programs; what both know of other work is shared."""
@@ -141,6 +141,8 @@ class Durations:
             case "build":
                 cycles = ps.build_cycles(self.trace.patterns[work.pattern], self.platform.ps)
                 return [self._on_ps(cycles, "build")]
+            case "outer":
+                return [self._outer(work)]
             case "compute":
                 return self._on_pl(work) if work.side == "pl" else [self._stage_on_ps(work)]
 
@@ -199,6 +201,14 @@ class Durations:
         [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
         late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
         return Part("ps", picoseconds, cycles, late, detail, shared)
+
+    def _outer(self, work: Work) -> Part:
+        """Counted work of one thread around the solves."""
+        assert self.trace.outer_loop is not None  # actions_of has made sure
+        cycles = ps.outer_cycles(self.trace.outer_loop.works[int(work.what)], self.platform.ps)
+        [picoseconds] = picoseconds_of_cycles([cycles], self.platform.ps.clock_mhz.value)
+        late = _share(picoseconds, self.platform.runtime.ps_jitter_fraction.value)
+        return Part("ps", picoseconds, cycles, late, "outer loop")
 
     def _on_control(self, work: Work) -> Part:
         """The operation control, between two segments."""

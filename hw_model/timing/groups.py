@@ -62,7 +62,8 @@ def in_groups(trace: Trace, copies: int) -> Trace:
     _require_cold(trace, copies)
     patterns, repeats = sorted({solve.pattern for solve in trace.solves}), runs_in_group(trace, copies)
     ordered = [solve for pattern in patterns for solve in trace.solves if solve.pattern == pattern]
-    return trace.model_copy(update={"solves": tuple(solve for solve in ordered for _ in range(repeats))})
+    solves = tuple(solve for solve in ordered for _ in range(repeats))
+    return trace.model_copy(update={"solves": solves, "outer_loop": None})  # independent problems are no plan
 
 
 def runs_in_group(trace: Trace, copies: int) -> int:

@@ -24,6 +24,17 @@ class Residency:
     def __init__(self, buffers: Iterable[str]) -> None:
         self._holders: dict[str, set[Side]] = {buffer: {"ps"} for buffer in buffers}
 
+    @property
+    def holders(self) -> frozenset[tuple[str, Side]]:
+        """Every buffer with each side that holds its latest version."""
+        return frozenset((buffer, side) for buffer, sides in self._holders.items() for side in sides)
+
+    def copy(self) -> Residency:
+        """The same, to go on from by itself."""
+        other = Residency(())
+        other._holders = {buffer: set(sides) for buffer, sides in self._holders.items()}
+        return other
+
     def missing(self, buffers: Iterable[str], side: Side) -> list[str]:
         """The buffers that must cross before `side` may read them; from now on both sides hold them.
 

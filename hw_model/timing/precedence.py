@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 
 from hw_model.vocabulary import Side
 
-from .actions import PROBLEM, RESULT
+from .actions import OUTER, PROBLEM, RESULT
 
 if TYPE_CHECKING:
     from .actions import Action, Work
@@ -68,7 +68,7 @@ def overlapped(actions: Sequence[Action], trace: Trace, by_dma: Callable[[Work],
     before: list[tuple[int, ...]] = []
     for k, action in enumerate(actions):
         pattern = trace.patterns[trace.solves[action.solve].pattern]
-        stage = None if action.stage in (PROBLEM, RESULT) else pattern.stage(action.stage)
+        stage = None if action.stage in (PROBLEM, RESULT, OUTER) else pattern.stage(action.stage)
         waits = progress.waits(action, stage) | progress.turn(resources[k])
         progress.done(k, action, stage, resources[k])
         before.append(tuple(sorted(waits)))
@@ -79,7 +79,7 @@ def _place(work: Work, by_dma: Callable[[Work], bool]) -> Resource:
     match work.kind:
         case "compute" | "control" if work.side == "pl":
             return "pl"
-        case "compute" | "build":
+        case "compute" | "build" | "outer":
             return "core"
         case "copy" if by_dma(work):
             return "dma"
@@ -111,7 +111,7 @@ class _Progress:
         if (action.solve, action.event) != self._position:
             self._event, self._position = [], (action.solve, action.event)
         kind, side, buffer = action.work.kind, action.work.side, action.work.what
-        if kind in ("build", "rest"):  # a solve begins, or ends, when all before it has ended
+        if kind in ("build", "outer", "rest"):  # a solve begins, or ends, when all before it has ended
             return set(self._last.values())
         if kind == "copy":
             other: Side = "ps" if side == "pl" else "pl"
@@ -130,7 +130,7 @@ class _Progress:
         self._last[resource] = k
         self._event.append(k)
         kind, side, buffer = action.work.kind, action.work.side, action.work.what
-        if kind in ("build", "rest"):
+        if kind in ("build", "outer", "rest"):
             self._gate = {k}
         elif kind == "copy":
             other: Side = "ps" if side == "pl" else "pl"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
     from hw_model.platform.sections import Ps
 
-    from .trace import Pattern, Stage
+    from .trace import Pattern, Stage, Work
 
 _TWO_FLOPS: frozenset[Opcode] = frozenset({"mul_add", "mul_sub"})
 ALONE: tuple[Opcode, ...] = ("mul", "add", "sub", "neg", "abs", "min", "max", "compare")
@@ -113,6 +113,13 @@ def _slow_cycles(stage: Stage, ps: Ps, datapath: Datapath) -> int:
 def build_cycles(pattern: Pattern, ps: Ps) -> int:
     """PS clock cycles of generating one problem of this pattern, on one core."""
     return math.ceil(pattern.nnz_kkt * ps.build_flops_per_nonzero.value / ps.flop_per_cycle.value)
+
+
+def outer_cycles(work: Work, ps: Ps) -> int:
+    """PS clock cycles of counted work around the solves, on one core: at either price of the stages, by its instructions."""
+    slow = ps.div_f64_cycles.value * work.divisions + ps.sqrt_f64_cycles.value * work.roots
+    executed = work.instructions * ps.instruction_factor.value
+    return math.ceil(executed * ps.cycles_per_instruction.value) + slow
 
 
 class SharedWork(NamedTuple):

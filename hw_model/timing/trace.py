@@ -150,6 +150,21 @@ class Solve(_Record):
     """Where the PL controlled the solve, the segments that it ran by itself, in order."""
 
 
+class Work(_Record):
+    """What a core executes around the solves: instructions of aarch64, and among them divisions and roots of doubles."""
+
+    instructions: Count
+    divisions: Count
+    roots: Count
+
+
+class OuterLoop(_Record):
+    """Before the first solve of a plan, between two, and after the last; `source` says how it was counted."""
+
+    works: tuple[Work, ...]
+    source: StrictStr
+
+
 class Trace(_Record):
     """Everything that ran, in order."""
 
@@ -162,11 +177,18 @@ class Trace(_Record):
     """Without it, no streams and no resident control can be priced."""
     patterns: tuple[Pattern, ...]
     solves: tuple[Solve, ...]
+    outer_loop: OuterLoop | None = None
+    """Without it, each problem's generation is assumed, and nothing else around the solves is priced."""
 
     @model_validator(mode="after")
     def _events_exist(self) -> Trace:
         if not self.solves:
             raise ValueError("solves is empty: a trace holds at least one")
+        if self.outer_loop is not None and len(self.outer_loop.works) != len(self.solves) + 1:
+            raise ValueError(
+                f"outer_loop.works has {len(self.outer_loop.works)} entries; {len(self.solves)} solves need one more than"
+                " there are solves"
+            )
         for s, solve in enumerate(self.solves):
             if solve.pattern >= len(self.patterns):
                 raise ValueError(

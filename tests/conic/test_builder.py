@@ -397,3 +397,27 @@ def test_columns_of_a_variable_are_found_by_name() -> None:
     assert np.array_equal(b.columns("y"), y.index)
     with pytest.raises(BuilderError, match="no variable `z`; there are x, y"):
         b.columns("z")
+
+
+def test_stored_zeros_make_one_pattern_of_other_numbers() -> None:
+    patterns = []
+    for block in (np.zeros((2, 2)), np.eye(2), np.ones((2, 2))):
+        builder = ConicBuilder()
+        x = builder.variable("x", 2)
+        builder.nonnegative([(x, block)], 1.0, zeros=True, name="rows")
+        builder.second_order([(x, block)], [1.0, 0.0], zeros=True, name="cone")
+        problem = builder.build()
+        np.testing.assert_array_equal(problem.G.toarray(), np.vstack([block, block]))
+        np.testing.assert_array_equal(builder.rows("rows"), [0, 1])
+        np.testing.assert_array_equal(builder.rows("cone"), [2, 3])
+        patterns.append((problem.G.indptr.tolist(), problem.G.indices.tolist()))
+    assert patterns[0] == patterns[1] == patterns[2]
+
+
+def test_rows_are_found_by_name() -> None:
+    builder = ConicBuilder()
+    x = builder.variable("x", 2)
+    builder.equality([(x, np.eye(2))], 0.0, name="fixed")
+    for name in ("fixed", "absent"):
+        with pytest.raises(BuilderError, match=f"no rows `{name}` of one kind in a cone"):
+            builder.rows(name)

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import hw_model
 import orbsoc
 import orbsoc.hw.cycle_budget
 from orbsoc import Cones, Problem, Settings, Solution, Status
+from orbsoc.guidance.outer_loop import OuterLoop, Work
 from orbsoc.guidance.scp import Iteration
 from orbsoc.hw.cycle_budget import CycleBudget, cycle_budget
 
@@ -29,6 +31,7 @@ def budget(
     verified: bool = True,
     scheduled: bool = False,
     device: str = "zu9eg",
+    outer_loop: OuterLoop | None = None,
 ) -> CycleBudget:
     scheduler = None
     if scheduled:
@@ -41,6 +44,7 @@ def budget(
         deadline_ms=deadline_ms,
         verified=verified,
         scheduled=scheduler,
+        outer_loop=outer_loop,
     )
 
 
@@ -101,6 +105,32 @@ def test_the_verdict_says_what_it_is_about(solved: Solution, deadline_ms: float,
     assert found.summary()["fits"]
     written = found.to_dict()
     assert (written["headline"], written["deadline_line"]) == (found.headline, found.deadline_line)
+
+
+def test_a_counted_outer_loop_is_in_the_time_and_in_the_words(solved: Solution) -> None:
+    works = (Work(10_000, 100, 10), Work(7_000, 50, 5), Work(1_000_000, 0, 0))
+    alone = budget(solved, solved, deadline_ms=1e3)
+    found = budget(solved, solved, deadline_ms=1e3, outer_loop=OuterLoop(works, "counted here"))
+    ps = hw_model.load_platform("zu9eg").ps
+    cycles = (
+        1_017_000 * ps.cycles_per_instruction.value
+        + 150 * ps.div_f64_cycles.value
+        + 15 * ps.sqrt_f64_cycles.value
+    )
+    generation = sum(
+        row.cycles_each * row.runs for row in alone.report.stages if row.stage == "(problem data)"
+    )
+    more_ms = found.report.makespan_ms.nominal - alone.report.makespan_ms.nominal
+    assert more_ms == pytest.approx((cycles - generation) / ps.clock_mhz.value / 1e3, rel=1e-4)
+    assert found.headline.startswith("the whole plan, modelled: ")
+    assert "is not in it" not in found.deadline_line
+    assert found.summary()["outer_loop"] == "counted here"
+    assert not any("outer loop" in line for line in found.report.not_modelled)
+
+
+def test_an_outer_loop_of_another_number_of_solves_is_refused(solved: Solution) -> None:
+    with pytest.raises(hw_model.TraceError, match=r"outer_loop\.works has 1 entries; 1 solves need"):
+        budget(solved, outer_loop=OuterLoop((Work(1, 0, 0),), "too short"))
 
 
 def test_an_engine_that_the_device_does_not_hold_meets_no_deadline(solved: Solution) -> None:

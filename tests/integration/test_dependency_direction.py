@@ -46,7 +46,8 @@ MAY_USE = {
     "orbsoc.rtl": "files conic solving ps guidance missions.registry hw hw_model _core",
     "orbsoc.flight": "conic ps hw rtl hw_model _core",
     "orbsoc.soc": "conic ps missions.registry hw rtl flight hw_model _core",
-    "orbsoc.commands": "files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight soc hw_model",
+    "orbsoc.fly": "files conic solving ps guidance missions.registry sweep hw hw_model _core",
+    "orbsoc.commands": "files orbit conic solving ps guidance missions.registry sweep interfaces report hw rtl flight soc fly hw_model",
     "orbsoc.__main__": "files commands",
 }
 """Each package and the packages that it may use, besides itself."""

@@ -27,6 +27,12 @@ WRONG = [
     ("--vers", "--version"),
     ("hw budge", "'budge'", "'budget'"),
     ("hw explain rendezvous_lp.json zu9eg", "'B'"),
+    ("fly rec1.toml --runs 0", "greater than or equal to 1"),
+    ("fly station_vbar.toml", "mission = 'approach'", "reachable_insertion"),
+    ("fly rec1_dry.toml --set event.at_s=60", "event.at_s = 60", "must be below 56.57"),
+    ("fly rec1_dry.toml --set event.thrust_kept=1", "event.thrust_kept", "below 1"),
+    ("fly rec1.toml --slower 0", "--slower", "positive"),
+    ("fly rec1.toml --workers 2", "--workers", "--runs"),
     ("reach kick_stage_reach.toml --threads 0", "greater than or equal to 1"),
     ("solve rendezvous_lp.json --max-time-s no", "--max-time-s", "valid number"),
     # files

@@ -14,6 +14,7 @@ from orbsoc.files.versions import __version__
 
 from .console_entry import ConsoleApp, OneLineGroup
 from .export import app as export
+from .fly import fly
 from .hw import app as hw
 from .list_names import list_names
 from .new import new
@@ -55,5 +56,6 @@ app.command()(new)
 app.command("list")(list_names)
 app.command()(reach)
 app.command()(plan)
+app.command()(fly)
 app.command()(reproduce)
 app.command()(schema)

@@ -23,20 +23,24 @@ def explain(
     a: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper", metavar="A")],
     b: Annotated[str, typer.Argument(help=f"{_FORM}, e.g. zu9eg:paper:pl.lanes=8", metavar="B")],
     exact: options.ExactOption = None,
+    ordering: options.OrderingOption = None,
     out: options.OutOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Say what B takes more or less time for than A, cause by cause and module by module."""
+    """Say what B takes more or less time for than A, cause by cause and module by module.
+
+    Both eliminate in one order: by default the one that B is fastest in.
+    """
     with exit_handling(as_json):
         from hw_model.figures.difference import difference_figure
         from hw_model.figures.gantt import iterations_figure
         from hw_model.report.explain import explain as compare
         from hw_model.report.run import simulate
         from hw_model.report.usage import EXPLAIN_USAGE, require_used
-        from orbsoc.hw.workload import load_workload
 
-        _parts(a), _parts(b)
-        record = load_workload(workload)
+        _parts(a)
+        platform, _, partition = _parts(b)
+        record = options.recorded(workload, ordering, platform, partition, exact=exact)
         cycles = options.stage_cycles(record, exact=exact)
         (one, set_in_one), (other, set_in_other) = (
             _configuration(text, record.trace, cycles) for text in (a, b)

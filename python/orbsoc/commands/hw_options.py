@@ -47,8 +47,8 @@ SetOption = Annotated[
 OrderingOption = Annotated[
     str | None,
     typer.Option(
-        help="order of elimination of every solve: amd, nested_dissection, or automatic, the one with the shorter modelled run",
-        show_default=False,
+        help="order of elimination of every solve: amd, nested_dissection, or automatic, the one with the shortest modelled run",
+        show_default="automatic",
     ),
 ]
 OutOption = Annotated[
@@ -142,29 +142,54 @@ def listed(text: str, option: str, what: Callable[[str], Any] = str) -> list[Any
 def recorded(
     workload: Path, ordering: str | None, platform: Platform, partition: str, *, exact: bool | None = None
 ) -> Workload:
-    """The record of a workload under an order of elimination; None: as the solves' own settings say.
+    """The record of a workload under an order of elimination.
 
-    "automatic" solves under each and takes the order whose run under `partition` is shorter on `platform`. Raises what
-    `load_workload` raises, and HwModelError for no such order.
+    None and "automatic": the order whose run under `partition` is fastest on `platform`, of those that fit. With None a trace
+    keeps its own, and so does a failure bundle whose settings name another than the host's. Raises what `load_workload`
+    raises, and HwModelError for no such order.
     """
-    from hw_model import HwModelError, speedup
-    from orbsoc.conic.settings import ORDERINGS
+    from orbsoc.hw.elimination import AUTOMATIC, HOST, OrderedRun, fastest_order, ordered_run
     from orbsoc.hw.workload import load_workload
 
-    if ordering is None:
-        return load_workload(workload)
-    if ordering not in ORDERINGS:
+    host = _host_record(workload, ordering)
+    if host.has_order or ordering not in (None, AUTOMATIC):
+        return host
+    records = {HOST: host}
+
+    def run(work: Workload, name: str) -> OrderedRun:
+        if not takes_schedules(work, exact=exact) and name != HOST:
+            work = records[name] = load_workload(workload, name)  # an estimate counts the record's operations
+        return ordered_run(work, name, platform, partition, stage_cycles(work, exact=exact))
+
+    best = fastest_order(host, run)
+    found = records.get(best) or load_workload(workload, best)
+    return found if best == HOST else replace(found, origin=f"{found.origin}, eliminated in the order {best}")
+
+
+def recorded_orders(workload: Path, ordering: str | None) -> dict[str, Workload]:
+    """The record of a workload in each order that a grid is priced in, from which each point takes its fastest.
+
+    One record where the order is given, or the workload has its own; the host's comes first else. Raises as `recorded` does.
+    """
+    from orbsoc.hw.elimination import AUTOMATIC, HOST, differing_orders
+    from orbsoc.hw.workload import load_workload
+
+    host = _host_record(workload, ordering)
+    if host.has_order or ordering not in (None, AUTOMATIC):
+        return {host.settings[0].ordering if host.settings else HOST: host}
+    return {HOST: host} | {name: load_workload(workload, name) for name in differing_orders(host)}
+
+
+def _host_record(workload: Path, ordering: str | None) -> Workload:
+    """The record in the order that is given, or in the host's. Raises HwModelError for no such order."""
+    from hw_model import HwModelError
+    from orbsoc.conic.settings import ORDERINGS
+    from orbsoc.hw.elimination import AUTOMATIC, HOST
+    from orbsoc.hw.workload import load_workload
+
+    if ordering is not None and ordering not in ORDERINGS:
         raise HwModelError(f"--ordering {ordering!r}: allowed are {', '.join(ORDERINGS)}")
-    if ordering != "automatic":
-        return load_workload(workload, ordering)
-    found = [load_workload(workload, name) for name in ORDERINGS if name != "automatic"]
-
-    def run_ms(record: Workload) -> float:
-        cycles = stage_cycles(record, exact=exact)
-        return speedup(record.trace, platform, partition, cycles=cycles).makespan_ms.nominal
-
-    best = min(found, key=run_ms)
-    return replace(best, origin=f"{best.origin}, eliminated in the order {best.settings[0].ordering}")
+    return load_workload(workload, HOST if ordering == AUTOMATIC else ordering)
 
 
 def stage_cycles(

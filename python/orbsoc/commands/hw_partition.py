@@ -44,23 +44,31 @@ def partition(
 ) -> None:
     """Price all partitions of seven modules, and resident control, × lanes × clocks × devices, and say which of them no other beats."""
     with exit_handling(as_json):
+        from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
         from hw_model.report.energy_front import energy_front, sensitivities
         from hw_model.report.energy_front import words as energy_words
         from hw_model.report.partition_verdict import verdicts
         from hw_model.report.study import Study, pareto
         from hw_model.report.usage import STUDY_USAGE, require_used
+        from orbsoc.hw.elimination import fastest_points
 
         chosen = options.parsed_settings(settings, _AXES)
         computers = _computers(_named(devices, every=every), lanes, clocks, chosen)
         tell = Progress()
         tell(f"recording {workload.name}")
-        record = options.recorded(workload, ordering, computers[0], "paper", exact=exact)
-        cycles = options.stage_cycles(record, exact=exact, computers=computers)
+        works = options.recorded_orders(workload, ordering)
+        cycles_in = {
+            name: options.stage_cycles(work, exact=exact, computers=computers) for name, work in works.items()
+        }
+        first_order = next(iter(works))
+        record, cycles = works[first_order], cycles_in[first_order]
         reading = STUDY_USAGE.of(record.trace, load_partition("paper"), computers[0], cycles)
         require_used(chosen, ((platform, reading) for platform in computers))
-        study = Study(record.trace, cycles)
-        points = _priced(study, computers, tell)
+        priced = {
+            name: _priced(Study(work.trace, cycles_in[name]), computers, tell) for name, work in works.items()
+        }
+        points = fastest_points(priced) if len(works) > 1 else priced[first_order]
         tell("drawing")
         front, found, thrifty = pareto(points), verdicts(points), energy_front(points)
         first = {platform.name: platform for platform in reversed(computers)}
@@ -78,7 +86,9 @@ def partition(
                 "energy_sensitivity.csv": options.as_csv_text(document["energy_sensitivity"]),
             },
         )
-        _draw(record, cycles, computers, points, front, folder)
+        drawn = front[0].settings.get("ordering", first_order) if front else first_order
+        pareto_figure(points, front, folder / "pareto.png")
+        _draw(works[drawn], cycles_in[drawn], computers, priced[drawn], folder)
         lines = _lines(record, points, front, found)
         lines[-1:-1] = [energy_words(name, thrifty, moving) for name in first]
         options.print_report(lines, document, folder, as_json=as_json)
@@ -185,17 +195,15 @@ def _draw(
     cycles: StageCycles,
     computers: list[Platform],
     points: list[Point],
-    front: list[Point],
     folder: Path,
 ) -> None:
-    """pareto.png of all; speedup.png of the shipped partitions and the fastest; amdahl.png, roofline.png of one device."""
+    """All in one order of elimination: speedup.png of the shipped partitions and the fastest; amdahl.png, roofline.png of one device."""
     from hw_model.figures.speedup import speedup_figure
-    from hw_model.figures.study import amdahl_figure, pareto_figure, roofline_figure
+    from hw_model.figures.study import amdahl_figure, roofline_figure
     from hw_model.platform.partition import load_partition
     from hw_model.report.speedup import speedup
     from hw_model.timing.limits import limits, roofs
 
-    pareto_figure(points, front, folder / "pareto.png")
     paper = load_partition("paper")
     rates = sorted({platform.pl.clock_mhz.value for platform in computers})
     middle = [platform for platform in computers if platform.pl.clock_mhz.value == rates[len(rates) // 2]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,8 +13,10 @@ from . import hw_options as options
 from .failures import exit_handling
 
 if TYPE_CHECKING:
+    from hw_model import Platform
     from hw_model.report.study import Point
     from hw_model.report.sweep import Refused, Sweep
+    from orbsoc.hw.workload import Workload
 
 
 def sweep(
@@ -33,24 +35,18 @@ def sweep(
     with exit_handling(as_json):
         from hw_model.figures.study import pareto_figure
         from hw_model.platform.partition import load_partition
-        from hw_model.report.study import Study, pareto
-        from hw_model.report.sweep import load_sweep, possible_computers, run
+        from hw_model.report.study import pareto
+        from hw_model.report.sweep import load_sweep, possible_computers
         from hw_model.report.usage import STUDY_USAGE
         from orbsoc.hw.workload import load_workload
 
         chosen = load_sweep(file)
+        _check_orderings(chosen, file)
         place = _workload(chosen, workload, file)
+        record = load_workload(place)
         platforms = [platform for platform, _ in possible_computers(chosen)[0]]
-        points: list[Point] = []
-        refused: list[Refused] = []
-        for ordering in _orderings(chosen, file):
-            record = load_workload(place) if ordering is None else load_workload(place, ordering)
-            cycles = options.stage_cycles(record, exact=exact, computers=platforms)
-            found = run(record.trace, chosen, Study(record.trace, cycles), ordering=ordering)
-            points, refused = (
-                points + found[0],
-                [*refused, *(each for each in found[1] if each not in refused)],
-            )
+        cycles = options.stage_cycles(record, exact=exact, computers=platforms)
+        points, refused = _points(place, record, chosen, platforms, exact)
         front = pareto(points)
         first = {platform.name: platform for platform in reversed(platforms)}
         widest = max(map(load_partition, chosen.partitions), key=lambda split: split.uses_pl)
@@ -94,6 +90,60 @@ def sweep(
         options.print_report(lines, document, folder, as_json=as_json)
 
 
+def _check_orderings(chosen: Sweep, file: Path) -> None:
+    """Raise SweepError for an order of elimination that the solver does not know."""
+    from hw_model.report.sweep import SweepError
+    from orbsoc.hw.elimination import ORDERS
+
+    for name in chosen.orderings:
+        if name not in ORDERS:
+            raise SweepError(
+                f"sweep {file.name}: `axes.ordering` = {name!r}: allowed are {', '.join(ORDERS)}"
+            )
+
+
+def _points(
+    place: Path, record: Workload, chosen: Sweep, platforms: list[Platform], exact: bool | None
+) -> tuple[list[Point], list[Refused]]:
+    """The points of each order of the sweep, or of each the one in the fastest order; and what has none in any order.
+
+    Raises SweepError for an axis of orders where the record is a trace, which has its own.
+    """
+    from hw_model.report.study import Study
+    from hw_model.report.sweep import SweepError, run
+    from orbsoc.hw.elimination import (
+        HOST,
+        differing_orders,
+        fastest_points,
+        named,
+        with_fastest_baseline,
+    )
+    from orbsoc.hw.workload import load_workload
+
+    if record.has_order and chosen.orderings:
+        raise SweepError(f"`axes.ordering`: {place.name} has its own order; give a scenario or a problem")
+    works = {HOST: record}
+    for name in chosen.orderings or (() if record.has_order else differing_orders(record)):
+        works[name] = works.get(name) or load_workload(place, name)
+    priced: dict[str, list[Point]] = {}
+    without: dict[str, list[Refused]] = {}
+    for name in chosen.orderings or works:
+        cycles = options.stage_cycles(works[name], exact=exact, computers=platforms)
+        priced[name], without[name] = run(works[name].trace, chosen, Study(works[name].trace, cycles))
+    if record.has_order:
+        return priced[HOST], without[HOST]
+    if not chosen.orderings:
+        refused = [each for each in without[HOST] if all(each in others for others in without.values())]
+        return fastest_points(priced), refused
+    settled = with_fastest_baseline(priced)
+    points = [named(point, name) for name, found in settled.items() for point in found]
+    return points, [
+        replace(each, settings={"ordering": name, **each.settings})
+        for name, found in without.items()
+        for each in found
+    ]
+
+
 def _line(point: Point) -> str:
     from hw_model.vocabulary import count_of
 
@@ -121,20 +171,6 @@ _SHOWN = 5
 
 def _settings(settings: Mapping[str, Any]) -> str:
     return " ".join(f"{key}={value}" for key, value in settings.items())
-
-
-def _orderings(chosen: Sweep, file: Path) -> tuple[str | None, ...]:
-    """The orders of elimination of the grid; None: what the solves' settings say. Raises SweepError for no such order."""
-    from hw_model.report.sweep import SweepError
-    from orbsoc.conic.settings import ORDERINGS
-
-    allowed = [name for name in ORDERINGS if name != "automatic"]
-    for name in chosen.orderings:
-        if name not in allowed:
-            raise SweepError(
-                f"sweep {file.name}: `axes.ordering` has {name!r}: allowed are {', '.join(allowed)}"
-            )
-    return chosen.orderings or (None,)
 
 
 def _workload(chosen: Sweep, given: Path | None, file: Path) -> Path:

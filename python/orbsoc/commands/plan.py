@@ -213,7 +213,7 @@ def plan_scenario(
     budget, too_large = None, None
     if device != "none":
         try:
-            budget = _priced(found, scheduler, device, partition, deadline_ms, exact=exact)
+            budget = _priced(mission, scenario, found, scheduler, device, partition, deadline_ms, exact=exact)
         except EngineTooSmallError as error:
             too_large = device, str(error)
     interrupts.check()
@@ -333,6 +333,8 @@ def _compared(mission: Mission, scenario: BaseScenario, found: Plan) -> Agreemen
 
 
 def _priced(
+    mission: Mission,
+    scenario: BaseScenario,
     found: Plan,
     scheduler: PsScheduler | None,
     device: str,
@@ -344,6 +346,7 @@ def _priced(
     """What every subproblem costs the computer; None where there is none."""
     from orbsoc.guidance.mission import PlanStatus
     from orbsoc.hw.cycle_budget import cycle_budget
+    from orbsoc.hw.outer_loop import outer_loop_of
 
     if not found.subproblems:
         return None
@@ -355,6 +358,7 @@ def _priced(
         verified=found.status is PlanStatus.VERIFIED,
         scheduled=scheduler,
         exact=exact,
+        outer_loop=outer_loop_of(mission, scenario, found),
     )
 
 

@@ -7,7 +7,6 @@ finished stays; `--resume` goes on).
 from __future__ import annotations
 
 import json
-import os
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from orbsoc.missions.reachable_domain import Scenario
     from orbsoc.sweep import Executor
 
-EMBEDDED = "embedded"
-
 
 def reach(
     scenario: Annotated[Path, typer.Argument(help="scenario file, TOML", metavar="SCENARIO.toml")],
@@ -34,7 +31,7 @@ def reach(
     ] = None,
     dask: Annotated[
         str | None,
-        typer.Option(help=f"address of a Dask scheduler, tcp://HOST:PORT, or '{EMBEDDED}'", metavar="URL"),
+        typer.Option(help="address of a Dask scheduler, tcp://HOST:PORT, or 'embedded'", metavar="URL"),
     ] = None,
     device: Annotated[str, typer.Option(help="platform of the cost: name or TOML file")] = "zu9eg",
     partition: Annotated[str, typer.Option(help="what runs on the PL: name or TOML file")] = "paper",
@@ -60,13 +57,15 @@ def reach(
     as_json: Annotated[bool, typer.Option("--json", help="print summary.json on standard output")] = False,
 ) -> None:
     """Solve every point of the grid and the edge of the domain, verify by propagation, and show what is within reach."""
+    from .sweep_progress import executor_of
+
     folder = out if out is not None else Path("out") / scenario.stem
     interrupted = f"interrupted; finished shards are in {folder}, --resume goes on"
     with (
         Interrupts() as interrupts,
         exit_handling(as_json, interrupted=interrupted, interrupts=interrupts),
     ):
-        executor = _executor(dask, threads)
+        executor = executor_of(dask, threads)
         chosen = _checked(scenario, device, partition, deadline_ms)
         point = None if ephemeris is None else _point(ephemeris, chosen)
         document = _solve_and_write(
@@ -86,15 +85,6 @@ def reach(
     for line in _lines(document, folder):
         typer.echo(line, err=as_json)
     raise typer.Exit(FAILED if document["status"].get("solver failed") else 0)
-
-
-def _executor(dask: str | None, threads: int | None) -> Executor:
-    from orbsoc.sweep import DaskCluster, Processes
-
-    workers = threads or len(os.sched_getaffinity(0))
-    if dask is None:
-        return Processes(workers)
-    return DaskCluster(None if dask == EMBEDDED else dask, workers)
 
 
 def _checked(path: Path, device: str, partition: str, deadline_ms: float | None) -> Scenario:

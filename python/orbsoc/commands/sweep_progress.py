@@ -1,16 +1,27 @@
-"""A sweep as it goes on: a bar with the time left on a terminal, plain lines elsewhere."""
+"""A sweep as it goes on: where it runs; a bar with the time left on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
 import math
+import os
 from types import TracebackType
 from typing import Self
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from orbsoc.sweep import Report, Task
+from orbsoc.sweep import DaskCluster, Executor, Processes, Report, Task
 from orbsoc.sweep.store import Columns
+
+EMBEDDED = "embedded"
+
+
+def executor_of(dask: str | None, workers: int | None) -> Executor:
+    """Processes of this machine, all its cores by default, or a Dask cluster by its address."""
+    count = workers or len(os.sched_getaffinity(0))
+    if dask is None:
+        return Processes(count)
+    return DaskCluster(None if dask == EMBEDDED else dask, count)
 
 
 class SweepProgress:

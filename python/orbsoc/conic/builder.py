@@ -82,7 +82,7 @@ class ConicBuilder:
     """Collects variables, costs and rows; `build` puts them into standard form, R₊ rows before the cones.
 
     Exact zeros of dense blocks are left out; every stored entry of a sparse block is kept, zero or not, so a sparse
-    block fixes the pattern of a problem that is built again with other values.
+    block fixes the pattern of a problem that is built again with other values; so does `zeros` of the dense blocks of rows.
 
     >>> b = ConicBuilder()
     >>> x = b.variable("x", 2)
@@ -150,9 +150,14 @@ class ConicBuilder:
         """
         self._add("equality", self._equality, *self._prepare("equality", terms, rhs), name)
 
-    def nonnegative(self, terms: Iterable[Term], rhs: ArrayLike, *, name: str | None = None) -> None:
-        """Add rows rhs − Σ block · x[columns] ≥ 0; rhs is (rows,) or one number for all rows."""
-        self._add("nonnegative", self._nonnegative, *self._prepare("nonnegative", terms, rhs), name)
+    def nonnegative(
+        self, terms: Iterable[Term], rhs: ArrayLike, *, zeros: bool = False, name: str | None = None
+    ) -> None:
+        """Add rows rhs − Σ block · x[columns] ≥ 0; rhs is (rows,) or one number for all rows.
+
+        With `zeros`, here and below, those of dense blocks are stored, so that other numbers make the same pattern.
+        """
+        self._add("nonnegative", self._nonnegative, *self._prepare("nonnegative", terms, rhs, zeros), name)
 
     def between(
         self, lower: ArrayLike, terms: Iterable[Term], upper: ArrayLike, *, name: str | None = None
@@ -216,10 +221,16 @@ class ConicBuilder:
         return block, rows, sign
 
     def second_order(
-        self, terms: Iterable[Term], rhs: ArrayLike, size: int | None = None, *, name: str | None = None
+        self,
+        terms: Iterable[Term],
+        rhs: ArrayLike,
+        size: int | None = None,
+        *,
+        zeros: bool = False,
+        name: str | None = None,
     ) -> None:
         """Add rows rhs − Σ block · x[columns] ∈ Q^size × Q^size × …; without `size`, one cone of all rows."""
-        prepared, side = self._prepare("second_order", terms, rhs)
+        prepared, side = self._prepare("second_order", terms, rhs, zeros)
         each = side.size if size is None else size
         if each < 1 or side.size % each:
             raise BuilderError(f"second_order: {side.size} rows do not divide into cones of size {each}")
@@ -358,16 +369,25 @@ class ConicBuilder:
         self._check_rows(solution)
         return np.array(self._named[name].of(solution.y, solution.z, self._nonnegative.count))
 
-    def why(self, solution: HasStatus) -> str:
+    def rows(self, name: str) -> Index:
+        """Where the rows `name`, of `nonnegative`, `second_order` or `norm`, are in G and h of the built problem."""
+        block = self._named.get(name)
+        if not isinstance(block, NamedBlock) or block.kind == "equality":
+            raise BuilderError(f"no rows `{name}` of one kind in a cone")
+        first = block.start + (self._nonnegative.count if block.kind == "cone" else 0)
+        return np.arange(first, first + block.count)
+
+    def why(self, solution: HasStatus, h: Array | None = None) -> str:
         """In a sentence, which named rows take part in the proof that the built problem has no feasible point.
 
-        Their shares are of Σ|bᵀy| + Σ|hᵀz| in the certificate; rows without a name are told together.
+        Their shares are of Σ|bᵀy| + Σ|hᵀz| in the certificate; rows without a name are told together. `h`, if it is another
+        than that which was built.
         """
         if solution.status is not Status.PRIMAL_INFEASIBLE:
             return f"there is no proof of infeasibility: the solve ended with {solution.status.name}"
         self._check_rows(solution)
-        h = np.concatenate([self._nonnegative.side(), self._cone_rows.side()])
-        return conflict(shares(self._named, solution, self._equality.side(), h, self._nonnegative.count))
+        side = np.concatenate([self._nonnegative.side(), self._cone_rows.side()]) if h is None else h
+        return conflict(shares(self._named, solution, self._equality.side(), side, self._nonnegative.count))
 
     def _check_rows(self, solution: HasDuals) -> None:
         expected = (self._equality.count, self._nonnegative.count + self._cone_rows.count)
@@ -413,7 +433,7 @@ class ConicBuilder:
             self._named[name] = block
 
     def _prepare(
-        self, where: str, terms: Iterable[Term], rhs: ArrayLike
+        self, where: str, terms: Iterable[Term], rhs: ArrayLike, zeros: bool = False
     ) -> tuple[list[tuple[Index, Index, Array]], Array]:
         side = np.asarray(rhs, dtype=np.float64)
         if side.ndim > 1:
@@ -423,11 +443,11 @@ class ConicBuilder:
         for k, (columns, block) in enumerate(terms):
             if rows is None:
                 rows = int(np.shape(block)[0]) if np.ndim(block) == 2 else 1
-            entries.append(self._entries(where, k, self._index(where, columns).ravel(), block, rows))
+            entries.append(self._entries(where, k, self._index(where, columns).ravel(), block, rows, zeros))
         return entries, np.broadcast_to(side, (1 if rows is None else rows,)).copy()
 
     def _entries(
-        self, where: str, term: int, index: Index, block: Block, rows: int
+        self, where: str, term: int, index: Index, block: Block, rows: int, zeros: bool = False
     ) -> tuple[Index, Index, Array]:
         """Coordinates and values of block · x[index]."""
         matrix = block if csc.is_sparse(block) else np.asarray(block, dtype=np.float64)
@@ -439,5 +459,5 @@ class ConicBuilder:
         if csc.is_sparse(matrix):
             values, where_rows, positions = csc.entries(matrix)
             return where_rows, index[positions], values
-        where_rows, positions = np.nonzero(matrix)
+        where_rows, positions = np.nonzero(np.ones_like(matrix) if zeros else matrix)
         return where_rows, index[positions], matrix[where_rows, positions]

@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 MANIFEST = "plan.json"
-"""The file that marks a folder as an output of orbsoc: it names its schema and every file beside it."""
+"""The file that marks a folder as an output of orbsoc: it names its schema and every file beside it; of a flight another."""
 SCHEMA = "orbsoc.plan/1"
+MANIFESTS = {MANIFEST: SCHEMA, "flight.json": "orbsoc.flight/1"}
+"""Every such file, with its schema."""
 
 
 class OutputFolderError(ValueError):
@@ -80,20 +82,24 @@ def written_at_once(folder: Path) -> Iterator[Path]:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def write_manifest(folder: Path, document: dict[str, Any]) -> None:
-    """Write `plan.json` with its schema and the list of all files of the folder. Call it last."""
-    names = sorted({entry.name for entry in folder.iterdir()} | {MANIFEST})
-    text = json.dumps({"schema": SCHEMA, "files": names, **document}, indent=2, allow_nan=False)
-    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+def write_manifest(folder: Path, document: dict[str, Any], name: str = MANIFEST) -> None:
+    """Write `plan.json`, or another of `MANIFESTS`, with its schema and the list of all files of the folder. Call it last."""
+    names = sorted({entry.name for entry in folder.iterdir()} | {name})
+    text = json.dumps({"schema": MANIFESTS[name], "files": names, **document}, indent=2, allow_nan=False)
+    (folder / name).write_text(text + "\n", encoding="utf-8")
 
 
 def _files_of(folder: Path) -> set[str]:
     """File names an earlier output lists; empty when the folder is not one."""
+    return next(filter(None, (_listed(folder / name, schema) for name, schema in MANIFESTS.items())), set())
+
+
+def _listed(manifest: Path, schema: str) -> set[str]:
     try:
-        document = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        document = json.loads(manifest.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return set()
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+    if not isinstance(document, dict) or document.get("schema") != schema:
         return set()
     files = document.get("files", [])
     return {name for name in files if isinstance(name, str)} if isinstance(files, list) else set()

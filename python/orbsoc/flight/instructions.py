@@ -9,8 +9,8 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +20,10 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 
 from .c_source import pattern_header, pattern_source
+from .mission import OnBoard, mission_texts
 from .partitioned import FlightError
 from .selftest import given_data
-from .tables import tables_of
+from .tables import Tables, tables_of
 
 COMPILER, EMULATOR = "aarch64-linux-gnu-gcc", "qemu-aarch64"
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-static")
@@ -35,6 +36,7 @@ WORST_ITERATIONS = 5
 EACH_RUN = 40
 """More instructions than the loop over a list takes for one stage."""
 _AFTER = 1000
+_OUTER = 108
 _NAMES = {
     100: "begin",
     101: "conclude",
@@ -46,6 +48,8 @@ _NAMES = {
     107: "worst",
 }
 Step = tuple[str, ...]
+Work = tuple[int, int, int]
+"""Instructions, and among them divisions and roots of doubles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,28 +99,76 @@ def counted(
 
     Raises FlightError where a tool is missing.
     """
-    tools = tools or Tools()
-    require_tools(tools)
-    tables = tables_of(problems[0], settings)
-    texts = {"pattern.h": pattern_header(tables, fp), "pattern.c": pattern_source(tables, settings)}
-    for name, text in (texts | _core.flight_sources()).items():
-        (folder / name).write_text(text, encoding="utf-8")
     with (folder / "data").open("wb") as file:
         for problem in problems:
             given = given_data(problem)
             for name in "pagcbh":
                 file.write(given[name].tobytes())
+    tables = tables_of(problems[0], settings)
+    texts = _library(tables, settings, fp)
+    marks, told = _executed(folder, texts, tables.index_bits, fp, "count_stages.c", (mode,), tools or Tools())
+    outcomes = [tuple(map(int, line.split()[:3])) for line in told]
+    return Counted(_between(marks), outcomes)  # type: ignore[arg-type]
+
+
+def outer_loop_counts(folder: Path, mission: OnBoard, tools: Tools | None = None) -> list[list[Work]]:
+    """Of each recorded plan of a mission, what ran before its first solve, between two, and after the last.
+
+    Raises FlightError where a tool is missing, or the program does not make the recorded plans.
+    """
+    tools = tools or Tools()
+    with (folder / "data").open("wb") as file:
+        for plan in mission.plans:
+            file.write(np.ascontiguousarray(plan.start_si, "<f8").tobytes())
+    settings = Settings(max_time_s=float("inf"))
+    tables = tables_of(mission.problem, settings)
+    program = {name: text for name, text in mission_texts(mission).items() if "selftest" not in name}
+    texts = _library(tables, settings, 64) | {
+        name.removeprefix("flight/"): text for name, text in program.items()
+    }
+    wrapped = replace(tools, options=(*tools.options, "-Wl,--wrap=orbsoc_solve"))
+    marks, told = _executed(folder, texts, tables.index_bits, 64, "count_mission.c", (), wrapped)
+    if told != [f"{plan.subproblems} 0 0" for plan in mission.plans]:
+        raise FlightError(f"the mission in C does not make the recorded plans: {told}")
+    gaps = iter(_gaps(marks))
+    return [[next(gaps) for _ in range(plan.subproblems + 1)] for plan in mission.plans]
+
+
+def _library(tables: Tables, settings: Settings, fp: int) -> dict[str, str]:
+    own = {"pattern.h": pattern_header(tables, fp), "pattern.c": pattern_source(tables, settings)}
+    return own | _core.flight_sources()
+
+
+def _executed(
+    folder: Path,
+    texts: Mapping[str, str],
+    index_bits: int,
+    fp: int,
+    main: str,
+    arguments: Sequence[str],
+    tools: Tools,
+) -> tuple[list[str], list[str]]:
+    """Compile sources with a main program, run it on the folder's `data`: the lines of its marks, and what it printed."""
+    require_tools(tools)
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
     here = Path(__file__).parent
     program, plugin, marks = folder / "program", folder / "count.so", folder / "marks"
-    macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={tables.index_bits}", f"-I{folder}"]
-    sources = [str(path) for path in (*sorted(folder.glob("*.c")), here / "count_stages.c")]
+    macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={index_bits}", f"-I{folder}"]
+    sources = [str(path) for path in (*sorted(folder.rglob("*.c")), here / main)]
     _run([tools.compiler, *tools.options, *macros, *sources, "-lm", "-o", str(program)])
     _run(["gcc", "-shared", "-fPIC", "-O2", str(here / "count_instructions.c"), "-o", str(plugin)])
-    told = _run(
-        [tools.emulator, "-plugin", f"{plugin},out={marks}", str(program), mode, str(folder / "data")]
-    )
-    outcomes = [tuple(map(int, line.split()[:3])) for line in told.splitlines()]
-    return Counted(_between(marks.read_text().splitlines()), outcomes)  # type: ignore[arg-type]
+    command = [
+        tools.emulator,
+        "-plugin",
+        f"{plugin},out={marks}",
+        str(program),
+        *arguments,
+        str(folder / "data"),
+    ]
+    told = _run(command)
+    return marks.read_text().splitlines(), told.splitlines()
 
 
 def require_tools(tools: Tools | None = None) -> None:
@@ -149,6 +201,24 @@ def _between(lines: Iterable[str]) -> dict[str, list[int]]:
             begun = int(number), int(executed)
     marks = min(found.pop("nothing", [0]))
     return {name: [run - marks for run in runs] for name, runs in found.items()}
+
+
+def _gaps(lines: Iterable[str]) -> Iterator[Work]:
+    """What ran from each mark of the outer loop to the one after it."""
+    begun = (0, 0, 0)
+    for line in lines:
+        kind, number, *executed = line.split()
+        if kind != "mark":
+            continue
+        if int(number) == _AFTER:
+            yield _less(executed, begun)
+        elif int(number) == _OUTER:
+            begun = _less(executed, (0, 0, 0))
+
+
+def _less(executed: Sequence[str], begun: Work) -> Work:
+    instructions, divisions, roots = (int(now) - then for now, then in zip(executed, begun, strict=True))
+    return instructions, divisions, roots
 
 
 def bounds_of(found: Counted) -> dict[str, int]:

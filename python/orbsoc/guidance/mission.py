@@ -1,5 +1,5 @@
 """What a mission is to everything outside its folder: the protocols `Mission`, `Plan`, `Dispersible`, `Auditable`,
-`Sampled` and `OnBoard`, and their data.
+`Sampled`, `OnBoard` and `Flyable`, and their data.
 
 A module satisfies `Mission`, so that `orbsoc.missions.reachable_insertion.plan(scenario)` is a function call. A mission
 builds conic problems and hands them to the `solve` that it is given; it knows no registers, cycles or partitions.
@@ -21,6 +21,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 
+from .closed_loop import ClosedLoop
 from .monte_carlo import Dispersion
 from .scenario_file import BaseScenario
 from .scp import Iteration, Solve
@@ -28,6 +29,7 @@ from .verdict import Question, Verdict, VerdictLine, Word
 
 if TYPE_CHECKING:
     from .impulses import ImpulseProgramme
+    from .outer_loop import OuterLoop
 
 
 class PlanStatus(enum.Enum):
@@ -309,5 +311,16 @@ class OnBoard(Mission, Protocol):
         scenario asks for what the program has not."""
         ...
 
+    def outer_loop(self, scenario: Any, plan: Any, /) -> OuterLoop | None:
+        """What the program does around the solves of a plan of that scenario; None where it does not make that very plan."""
+        ...
 
-# A mission that is flown in a closed loop will satisfy `Flyable`, another protocol beside these.
+
+@runtime_checkable
+class Flyable(Mission, Protocol):
+    """A mission that is flown in a closed loop, for `orbsoc fly`."""
+
+    def closed_loop(self, scenario: Any, solve: Solve, /) -> ClosedLoop:
+        """The scenario planned on the ground by `solve`, ready to be flown any number of times. Raises ScenarioError where the
+        scenario has no loop, or no plan to set out with."""
+        ...

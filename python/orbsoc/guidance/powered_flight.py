@@ -194,7 +194,7 @@ def _radius(position: Array) -> Array:
     return np.asarray(np.sqrt(_dot(position, position)))
 
 
-def _summed(weights: Array, rows: Array) -> Array:
+def weighted_sum(weights: Array, rows: Array) -> Array:
     """Σ wᵢ rowᵢ, row after row."""
     return np.asarray(sum(weight * row for weight, row in zip(weights, rows, strict=True)))
 
@@ -217,7 +217,7 @@ def _add_dynamics(
     builder.equality(terms, (linear.constant - from_start).ravel())
     weights = grid.weights
     terms = [(variables.end, sparse.eye_array(6)), *_less(weights, linear, variables, summed=True)]
-    builder.equality(terms, burn.start + _summed(weights, linear.constant))
+    builder.equality(terms, burn.start + weighted_sum(weights, linear.constant))
 
 
 def _less(weights: Array, linear: Linearisation, variables: BurnVariables, *, summed: bool) -> list[Term]:
@@ -228,7 +228,7 @@ def _less(weights: Array, linear: Linearisation, variables: BurnVariables, *, su
         (variables.controls, _control_blocks(by_control, summed=summed)),
     ]
     if variables.duration is not None:
-        column = _summed(weights, linear.by_duration) if summed else linear.by_duration
+        column = weighted_sum(weights, linear.by_duration) if summed else linear.by_duration
         terms.append((variables.duration, stored(-column.reshape(-1, 1))))
     return terms
 

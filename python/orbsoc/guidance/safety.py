@@ -208,7 +208,8 @@ def audit_cut_burns(
             family = DriftFamily(before, dv, n, orbits * period)
             worst = least_bound(family, worst)
             whole = drift_least(after[k], n, orbits * period)
-            shares = unsafe_shares(family, limit)
+            safe = (worst.at_least_m or 0.0) >= limit
+            shares = (0.0, 0.0) if safe else unsafe_shares(family, limit)
         found.append(
             CutBurn(
                 number=k + 1,

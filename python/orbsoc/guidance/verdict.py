@@ -98,6 +98,8 @@ class Word(enum.Enum):
     NOT_ASKED = "NOT ASKED", Level.OPEN
     MET = "MET", Level.GOOD
     MISSED = "MISSED", Level.BAD
+    INSTEAD = "INSTEAD", Level.OPEN
+    """What was asked for is out of reach, and what was chosen in its place was reached."""
     AGREES = "AGREES", Level.GOOD
     DISAGREES = "DISAGREES", Level.BAD
     PASS = "PASS", Level.GOOD

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hw_model.vocabulary import Cause
     from orbsoc.conic.problem import Problem
 
-RECORD = "orbsoc.case/2"
+RECORD = "orbsoc.case/3"
 SCHEMA = "orbsoc.deadline/1"
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
 
@@ -90,6 +90,8 @@ class DeadlineReport:
     fits: bool
     """Whether the engine fits into the device; its largest case's, which most often is every case's."""
     area_words: str
+    scope: str
+    """What the times are of: in how many cases the outer loop is counted."""
     cases: tuple[PricedCase, ...]
 
     @property
@@ -99,7 +101,7 @@ class DeadlineReport:
         lost = len(self.cases) - len(planned)
         return (
             f"modelled deadline verdict over {len(self.cases)} dispersed cases, {self.partition} on {self.device},"
-            f" {self.cycles} PL cycles, conic solves and problem generation without the outer loop: {self.verdict}:"
+            f" {self.cycles} PL cycles, {self.scope}: {self.verdict}:"
             f" {self._times(planned)}; {lost} without a verified plan; {self.area_words}"
         )
 
@@ -232,23 +234,36 @@ def judge(
         cause, share, words = bottleneck_of(causes)
     return DeadlineReport(
         platform.name, partition.name, "estimated" if cycles_of is estimated_cycles else "exact", deadline_ms,
-        verdict, margin, nominal, cause, share, words, fits, area_words, priced,
+        verdict, margin, nominal, cause, share, words, fits, area_words, _scope(cases), priced,
     )  # fmt: skip
+
+
+def _scope(cases: Sequence[Case]) -> str:
+    """What the cases' times are of."""
+    whole = sum("outer_loop" in case.trace for case in cases)
+    if whole == len(cases):
+        return "whole plans, the outer loop counted"
+    some = f"; in {whole} the outer loop is counted" if whole else ""
+    return f"conic solves and problem generation without the outer loop{some}"
 
 
 def _plan(scenario: Any, number: int, seed: int) -> tuple[Case, tuple[Problem, ...]]:
     """One case, and a problem of each of its patterns."""
     from orbsoc.conic.pattern import pattern_digest
-    from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import dispersible
 
+    from .emulation import PsScheduler
+    from .outer_loop import outer_loop_of, with_outer_loop
+
     scheduler, mission = PsScheduler(), dispersible(scenario)
-    found = mission.plan(mission.disperse(scenario, number, seed), solve=scheduler)
+    dispersed = mission.disperse(scenario, number, seed)
+    found = mission.plan(dispersed, solve=scheduler)
     if found.status.name == "INTERRUPTED":
         raise KeyboardInterrupt
     iterations = tuple(row.solution.iterations for row in found.subproblems)
     digests = tuple(pattern_digest(problem).hex()[:16] for problem in scheduler.patterns)
-    case = Case(number, found.status.value, len(iterations), iterations, scheduler.trace, digests)
+    trace = with_outer_loop(scheduler.trace, outer_loop_of(mission, dispersed, found))
+    case = Case(number, found.status.value, len(iterations), iterations, trace, digests)
     return case, scheduler.patterns
 
 

@@ -35,6 +35,15 @@ class Workload:
     trace: Trace
     problems: tuple[Problem, ...]
     settings: tuple[Settings, ...] = ()
+    is_trace: bool = False
+    """Whether it was read from a trace, which has its order of elimination."""
+
+    @property
+    def has_order(self) -> bool:
+        """Whether its order of elimination was chosen where it comes from."""
+        from orbsoc.conic.settings import Settings
+
+        return self.is_trace or any(each.ordering != Settings().ordering for each in self.settings)
 
 
 def load_workload(path: str | Path, ordering: str | None = None) -> Workload:
@@ -96,6 +105,8 @@ def _planned(path: Path, ordering: str | None) -> Workload:
     from orbsoc.hw.emulation import PsScheduler
     from orbsoc.missions.registry import load_scenario
 
+    from .outer_loop import outer_loop_of, with_outer_loop
+
     scheduler = PsScheduler(every_ordering=ordering)
     mission, scenario = load_scenario(path)
     plan = mission.plan(scenario, solve=scheduler)
@@ -103,12 +114,19 @@ def _planned(path: Path, ordering: str | None) -> Workload:
         raise KeyboardInterrupt
     if not scheduler.trace["solves"]:
         raise WorkloadError(f"{path}: the plan ended before its first conic solve: {plan.message}")
-    return _record_of(scheduler, path, "plan")
+    trace = with_outer_loop(scheduler.trace, outer_loop_of(mission, scenario, plan))
+    return _record_of(scheduler, path, "plan", trace)
 
 
-def _record_of(scheduler: PsScheduler, path: Path, what: str) -> Workload:
+def _record_of(
+    scheduler: PsScheduler, path: Path, what: str, trace: dict[str, Any] | None = None
+) -> Workload:
     return record_trace(
-        scheduler.trace, path.stem, f"{what} of {path.name}", scheduler.patterns, scheduler.pattern_settings
+        trace or scheduler.trace,
+        path.stem,
+        f"{what} of {path.name}",
+        scheduler.patterns,
+        scheduler.pattern_settings,
     )
 
 
@@ -127,12 +145,13 @@ def _from_json(path: Path, ordering: str | None) -> Workload:
         if schema == TRACE:
             if ordering is not None:
                 raise WorkloadError(f"{path}: a trace has its own ordering; give a scenario or a problem")
-            return _with_problems(record_trace(document, path.stem, f"trace {path.name}"), path)
+            found = record_trace(document, path.stem, f"trace {path.name}")
+            return _with_problems(replace(found, is_trace=True), path)
         if schema == problem_file.SCHEMA:
             return solved(Problem(**problem_file.decode_problem(document)), Settings(), path, ordering)
         if schema == bundle.SCHEMA:
-            found = bundle.decode_bundle(document)
-            return solved(found.problem, found.settings, path, ordering)
+            bundled = bundle.decode_bundle(document)
+            return solved(bundled.problem, bundled.settings, path, ordering)
     except (FieldError, ProblemError) as error:
         raise FileError(f"{path}: {error}") from error
     known = f"{TRACE!r}, {problem_file.SCHEMA!r} or {bundle.SCHEMA!r}"

@@ -16,7 +16,7 @@ from orbsoc.files.extras import told_what_to_install
 from orbsoc.files.nearest import did_you_mean
 
 if TYPE_CHECKING:
-    from orbsoc.guidance.mission import Auditable, Dispersible, Mission
+    from orbsoc.guidance.mission import Auditable, Dispersible, Flyable, Mission
     from orbsoc.guidance.scenario_file import BaseScenario
 
 MODULES = {
@@ -105,6 +105,13 @@ def auditable(scenario: BaseScenario) -> Auditable:
 
     lacks = "judges no impulses made elsewhere", "without --impulses it is planned"
     return cast("Auditable", _able(scenario, Auditable, *lacks))
+
+
+def flyable(scenario: BaseScenario) -> Flyable:
+    """The scenario's mission, which is flown in a closed loop. Raises ScenarioError for one without a loop."""
+    from orbsoc.guidance.mission import Flyable
+
+    return cast("Flyable", _able(scenario, Flyable, "has no closed loop", "`orbsoc plan` plans it"))
 
 
 def _able(scenario: BaseScenario, protocol: type, lacks: str, otherwise: str) -> Mission:

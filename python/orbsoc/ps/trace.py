@@ -67,7 +67,9 @@ class TraceRecorder:
         """Append one finished solve; `resident`: the segments that the PL ran by itself, where it controlled the solve."""
         key = (pattern_digest(problem), settings.ordering, settings.ruiz_passes)
         if key not in self._position:
-            self._patterns.append(self._pattern(problem, settings, engine, solution))
+            sizes = (solution.nnz_kkt, solution.nnz_l)
+            entry = pattern_of(self._core, self._latencies, problem, settings, engine.buffer_words(), sizes)
+            self._patterns.append(entry)
             self._position[key] = len(self._patterns) - 1
             self.problems.append(problem)
             self.settings.append(settings)
@@ -91,27 +93,34 @@ class TraceRecorder:
             "solves": list(self._solves),
         }
 
-    def _pattern(
-        self, problem: Problem, settings: Settings, engine: Recorded, solution: Solution
-    ) -> dict[str, Any]:
-        counted = self._core.operation_counts(problem, settings, self._latencies)
-        stages = {
-            stage: {
-                "module": info.module,
-                "reads": list(info.reads),
-                "writes": list(info.writes),
-                "operations": dict(counted[stage]["operations"]),
-                "critical_path": dict(counted[stage]["critical_path"]),
-            }
-            for stage, info in self._core.stages().items()
+
+def pattern_of(
+    core: Any,
+    latencies: Latencies,
+    problem: Problem,
+    settings: Settings,
+    words: Mapping[str, int],
+    nonzeros: tuple[int, int],
+) -> dict[str, Any]:
+    """The entry of a pattern in a trace; `nonzeros` are those of the KKT matrix and of its factor."""
+    counted = core.operation_counts(problem, settings, latencies)
+    stages = {
+        stage: {
+            "module": info.module,
+            "reads": list(info.reads),
+            "writes": list(info.writes),
+            "operations": dict(counted[stage]["operations"]),
+            "critical_path": dict(counted[stage]["critical_path"]),
         }
-        return {
-            "n": problem.n,
-            "p": problem.p,
-            "m": problem.m,
-            "cones": {"l": problem.cones.l, "q": list(problem.cones.q)},
-            "nnz_kkt": solution.nnz_kkt,
-            "nnz_l": solution.nnz_l,
-            "buffers": dict(engine.buffer_words()),
-            "stages": stages,
-        }
+        for stage, info in core.stages().items()
+    }
+    return {
+        "n": problem.n,
+        "p": problem.p,
+        "m": problem.m,
+        "cones": {"l": problem.cones.l, "q": list(problem.cones.q)},
+        "nnz_kkt": nonzeros[0],
+        "nnz_l": nonzeros[1],
+        "buffers": dict(words),
+        "stages": stages,
+    }

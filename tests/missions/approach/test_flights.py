@@ -8,8 +8,10 @@ import pytest
 import orbsoc
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.missions.approach.model.approach import Approach
+from orbsoc.missions.approach.model.instants import at_nodes
 from orbsoc.missions.approach.model.nearest import Search
-from orbsoc.missions.approach.model.problem import assemble, at_nodes, flown
+from orbsoc.missions.approach.model.problem import Forms, flown
+from orbsoc.missions.approach.search.sequence import solve_convex
 from orbsoc.missions.approach.verification.closed_loop import fly_corrected
 from orbsoc.missions.approach.verification.linear import arcs, bends, chord_lengths
 from tests.missions.approach.cases import planned, station
@@ -49,8 +51,8 @@ def test_least_lengths_of_chords_are_those_of_dense_points() -> None:
 def test_the_search_finds_what_a_dense_look_finds(name: str) -> None:
     """Of the flight that knows no keep-out."""
     at = Approach.of(station(name, keep_out__margin_m=45.0))
-    free = assemble(at, at_nodes(at), None)
-    programme = free.programme(orbsoc.solve(free.builder.build()))
+    free, row = solve_convex(at, Forms(at), at_nodes(at), orbsoc.solve)
+    programme = free.programme(row.solution)
     dv = programme.dv_m_s
     broken = Search(at).broken(programme)
     margin = at.axes_m[0] + 45.0

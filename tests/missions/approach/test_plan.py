@@ -330,3 +330,35 @@ def test_servicing_in_geostationary_orbit_meets_its_bound() -> None:
     assert plan.status is PlanStatus.VERIFIED
     assert plan.verdict.word(Question.SAFETY) is Word.SAFE
     assert plan.verdict.word(Question.OPTIMUM) is Word.BOUND
+
+
+FROM_THE_VBAR = {
+    "start__z_m": 0.0, "start__vx_m_s": 0.0, "points__R1__arrive_s": 5400.0, "points__contact__arrive_s": 7500.0,
+}  # fmt: skip
+"""To the gate below the station, in an orbit."""
+TO_THE_OTHER_SIDE = FROM_THE_VBAR | {
+    "points__R1__z_m": 0.0, "points__R1__x_m": 250.0, "points__contact__z_m": 0.0, "points__contact__x_m": 20.0,
+    "points__contact__vz_m_s": 0.0, "points__contact__vx_m_s": -0.1, "corridor__axis": "+V-bar",
+}  # fmt: skip
+"""To a gate in front of the station."""
+
+
+@pytest.mark.parametrize(
+    ("behind_m", "changes"), [(3000.0, FROM_THE_VBAR), (1000.0, FROM_THE_VBAR), (3000.0, TO_THE_OTHER_SIDE)]
+)
+def test_from_the_vbar_a_gate_below_or_in_front_is_reached_about_the_keep_out(
+    behind_m: float, changes: dict[str, Any]
+) -> None:
+    plan = approach.plan(station("station_rbar", start__x_m=-behind_m, **changes))
+    assert plan.status is PlanStatus.VERIFIED
+    assert plan.programme is not None
+    assert plan.verification is not None
+    said, rng = plan.verification.least_cut_m, np.random.default_rng(5)
+    assert said >= 200.0
+    outside, _ = before_gate(plan, arcs(plan))
+    for _ in range(100):
+        k, fraction = int(rng.integers(len(outside))), float(rng.random())
+        state = outside[k][0].copy()
+        state[3:] -= (1.0 - fraction) * plan.programme.dv_m_s[k]
+        drift = steps(plan.approach.mean_motion_rad_s, state, plan.approach.period_s / 2000.0, 2000)
+        assert np.linalg.norm(drift[:, :3], axis=1).min() >= said - 1e-3

@@ -129,3 +129,11 @@ def test_what_is_missed_is_told_in_its_own_unit() -> None:
 def test_wrong_combinations_are_refused_by_key(target: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ScenarioError, match=complaint):
         targeted(load_scenario(SCENARIOS / "deorbit.toml"), **target)
+
+
+def test_a_guess_that_no_step_moves_is_left_without_a_warning() -> None:
+    shipped = load_scenario(SCENARIOS / "deorbit_by_elements.toml")
+    heavy = shipped.with_changes(
+        vehicle={"mass_kg": 3000.0}
+    )  # no coefficient of its first law moves a condition
+    assert plan(heavy).status is PlanStatus.VERIFIED

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
@@ -71,7 +71,8 @@ class Impulses:
     `start` is the state (6,) at `start_s`, the first impulse's time by default; `motion` and all vectors are in the
     frame (R, T, N). `forced`, if given, is the state at a time that a known disturbance alone makes of 0 at `start_s`.
     States are functions of all impulses before them, or, `linked`, of a state variable at the last one: many more
-    unknowns and far fewer entries, better where states are bounded at many times.
+    unknowns and far fewer entries, better where states are bounded at many times. With axes in the plane the state variable
+    has the four components in it; the others, of which no impulse knows, are those of the coast from the start.
     With `movable`, velocity changes (N, 3) near the ones sought, the impulses may move by `move`, a variable (N,), s:
     to first order, as if impulse k were the one given. The caller bounds the moves.
 
@@ -128,11 +129,15 @@ class Impulses:
             self.move = builder.variable(f"{name} move", times.size)
             self._moves = self._moved(np.asarray(movable, dtype=np.float64))
         self._states: Variable | None = None
+        self.driven = np.array([0, 1, 3, 4] if set(self.axes) <= {0, 1} else range(6))
+        """Components of a state that impulses change."""
         if linked and times.size > 1:
-            self._states = builder.variable(f"{name} state", (times.size - 1, 6))
+            kept = np.eye(6)[self.driven]
+            self._states = builder.variable(f"{name} state", (times.size - 1, self.driven.size))
             for k in range(1, times.size):
-                arrival = self._after(k - 1, float(times[k]))
-                builder.equality([*arrival.terms, (self._states.index[k - 1], -np.eye(6))], -arrival.offset)
+                arrival = kept @ self._after(k - 1, float(times[k]))
+                own = (self._states.index[k - 1], -np.eye(self.driven.size))
+                builder.equality([*arrival.terms, own], -arrival.offset)
 
     def state(self, t_s: float, *, before: bool = False) -> Affine:
         """The state (6,) at a time; at an impulse's own time that after it, or that before it."""
@@ -143,6 +148,20 @@ class Impulses:
             terms = [term for j in range(k + 1) for term in self._kick(t_s, j)]
             return Affine(tuple(terms), self._coasted(t_s, self.start_s, self.start))
         return self._after(k, t_s)
+
+    def state_columns(self, k: int) -> NDArray[np.intp]:
+        """Of the driven components of the state just before impulse k, linked, (driven,); none before the first one."""
+        none = np.zeros(0, np.intp)
+        return self._states.index[k - 1] if k and self._states is not None else none
+
+    def known_before(self, which: NDArray[np.intp]) -> Array:
+        """What is known of the states just before impulses (S,), linked: (S, 6), zero where it is sought."""
+        found = np.zeros((self.times_s.size, 6))
+        found[0] = self._coasted(float(self.times_s[0]), self.start_s, self.start)
+        across = self.driven.size < 6 and bool(self.start[2::3].any())
+        for k in range(1, self.times_s.size if across else 0):
+            found[k, 2::3] = self._coasted(float(self.times_s[k]), self.start_s, self.start)[2::3]
+        return found[which]
 
     def cost(self, kind: Cost = "norms", weight: float = 1.0) -> None:
         """Add to the cost the sum of the 2-norms or of the absolute components, or the largest 2-norm."""
@@ -183,16 +202,28 @@ class Impulses:
         *,
         extra: Sequence[Term] = (),
         before: bool = False,
+        zeros: bool = False,
         name: str,
     ) -> None:
-        """Require matrix · state + extra ≤ limit at a time; matrix (rows, 6), limit (rows,) or one number."""
+        """Require matrix · state + extra ≤ limit at a time; matrix (rows, 6), limit (rows,) or one number.
+
+        With `zeros`, here and below, the builder stores them: other numbers make the same pattern.
+        """
         rows = np.atleast_2d(np.asarray(matrix, dtype=np.float64))
         found = rows @ self.state(t_s, before=before)
-        self.builder.nonnegative([*found.terms, *extra], np.asarray(limit) - found.offset, name=name)
+        side = np.asarray(limit) - found.offset
+        self.builder.nonnegative([*found.terms, *extra], side, zeros=zeros, name=name)
         self._note(name, [t_s], [rows], "nonnegative", before)
 
     def cone(
-        self, t_s: float, matrix: ArrayLike, offset: ArrayLike, *, extra: Sequence[Term] = (), name: str
+        self,
+        t_s: float,
+        matrix: ArrayLike,
+        offset: ArrayLike,
+        *,
+        extra: Sequence[Term] = (),
+        zeros: bool = False,
+        name: str,
     ) -> None:
         """Require matrix · state + offset ∈ Q at a time: its first row is at least the norm of the others.
 
@@ -201,7 +232,8 @@ class Impulses:
         rows = np.asarray(matrix, dtype=np.float64)
         found = -rows @ self.state(t_s)
         less = [(columns, -np.asarray(block)) for columns, block in extra]
-        self.builder.second_order([*found.terms, *less], np.asarray(offset) - found.offset, name=name)
+        side = np.asarray(offset) - found.offset
+        self.builder.second_order([*found.terms, *less], side, zeros=zeros, name=name)
         self._note(name, [t_s], [rows], "cone", False)
 
     def within(
@@ -322,5 +354,8 @@ class Impulses:
             )
         assert self._states is not None
         at = float(self.times_s[k])
-        state = (self._states.index[k - 1], self.motion.transition(t_s, at))
-        return Affine((state, *self._kick(t_s, k)), self._coasted(t_s, at, np.zeros(6)))
+        state = (self._states.index[k - 1], self.motion.transition(t_s, at)[:, self.driven])
+        offset = self._coasted(t_s, at, np.zeros(6))
+        if self.driven.size < 6:
+            offset[2::3] = self._coasted(t_s, self.start_s, self.start)[2::3]
+        return Affine((state, *self._kick(t_s, k)), offset)

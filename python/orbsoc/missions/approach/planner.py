@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Column, PlanStatus
@@ -16,15 +15,18 @@ from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Iteration, Solve, uninterrupted
 
 from .model.approach import Approach
+from .model.instants import at_nodes
 from .model.nearest import Search
-from .model.problem import assemble, at_nodes
+from .model.problem import Forms
 from .scenario import Scenario
-from .search.sequence import Attempt, attempt, cost_of, lengthened, lower_bound, sides
+from .search.sequence import Attempt, attempt, cost_of, lengthened, sides, solve_convex, turns, widened
 from .verification.closed_loop import CorrectedFlights, fly_corrected
 from .verification.verify import Verification, verify
 
 WORTH_MORE = 1.03
 """Of what the flight without the keep-out costs: a plan that costs no more is not sought from elsewhere."""
+TOLD = 3
+"""Attempts that a message tells of, where none found anything."""
 COLUMNS = {"cost_m_s": Column("cost", ".6f", "m/s"), "broken_m": Column("broken by", ".1e", "m")}
 """Columns of the iteration table that are this mission's own."""
 
@@ -84,19 +86,16 @@ def plan_unflown(
 ) -> ApproachPlan:
     """The plan as it is solved; its status says that nothing has verified it."""
     approach, used = Approach.of(scenario), uninterrupted(solve)
+    forms = Forms(approach)
     try:
-        _, row = lower_bound(approach, at_nodes(approach), used)
+        first = at_nodes(approach)
+        bound, row = solve_convex(approach, forms, first.without("speed"), used)
         if row.solution.status is Status.PRIMAL_INFEASIBLE:
-            why = _why(approach, row)
             return ApproachPlan(
-                scenario,
-                approach,
-                PlanStatus.INFEASIBLE,
-                ExitReason.SUBPROBLEM_INFEASIBLE,
-                why,
-                subproblems=(row,),
-            )
-        attempts, free = _attempts(approach, used, callback)
+                scenario, approach, PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE,
+                bound.why(row.solution), subproblems=(row,),
+            )  # fmt: skip
+        attempts, free = _attempts(approach, forms, used, callback)
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     solved = (row, free, *(each for attempt in attempts for each in attempt.subproblems))
@@ -106,9 +105,10 @@ def plan_unflown(
         return _nothing(approach, attempts, rows)
     best = min(safe, key=lambda each: each.reference.cost)
     try:  # with all the instants that the plan asked for
-        least, row = lower_bound(approach, best.reference.instants, used)
+        _, row = solve_convex(approach, forms, best.reference.instants.without("speed"), used)
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
+    least = row.solution.dual_objective if row.solution.status is Status.SOLVED else None
     rows = (*rows, replace(row, number=len(rows) + 1))
     programme, others = best.reference.safe, len(attempts) - 1
     assert programme is not None
@@ -122,36 +122,39 @@ def plan_unflown(
 
 
 def _attempts(
-    approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None
+    approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> tuple[tuple[Attempt, ...], Iteration]:
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
-    also drift by drift, and if nothing is found from that flight. And the solve of that flight."""
-    free = assemble(approach, at_nodes(approach), None)
-    problem = free.builder.build()
-    solution = solve(problem, Settings(tol=1e-8))
-    row = Iteration(1, 1e-8, problem, solution)
+    also drift by drift. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
+    on ways that turn. And the solve of that flight."""
+    free, row = solve_convex(approach, forms, at_nodes(approach), solve)
+    solution = row.solution
     if (
         solution.status is Status.SOLVED
         and not Search(approach).broken(free.programme(solution)).instants.keep_out
     ):
-        return (attempt(approach, "as it comes", None, solve, callback),), row
-    ways = [(name, side) for name, side in sides(approach).items() if side is not None]
-    found = [attempt(approach, name, side, solve, callback) for name, side in ways]
+        return (attempt(approach, forms, "as it comes", None, solve, callback),), row
+    found = [attempt(approach, forms, name, side, solve, callback) for name, side in sides(approach).items()]
     best = min((each.reference.cost for each in found if each.found), default=np.inf)
     if approach.circular and 0.0 < approach.horizon_s < np.inf and best > WORTH_MORE * solution.objective:
-        found.append(lengthened(approach, solve, callback))
+        found.append(lengthened(approach, forms, solve, callback))
     if not any(each.found for each in found):
-        found.append(attempt(approach, "as it comes", None, solve, callback))
+        found.append(attempt(approach, forms, "as it comes", None, solve, callback))
+    if approach.horizon_s < np.inf and not any(each.found for each in found):
+        found.append(widened(approach, forms, "as the keep-out grows", None, solve, callback))
+        if not found[-1].found:
+            found += [
+                widened(approach, forms, name, normals, solve, callback)
+                for name, normals in turns(approach).items()
+            ]
     return tuple(found), row
-
-
-def _why(approach: Approach, row: Iteration) -> str:
-    return assemble(approach, replace(at_nodes(approach), speed=()), None).builder.why(row.solution)
 
 
 def _nothing(approach: Approach, attempts: tuple[Attempt, ...], rows: tuple[Iteration, ...]) -> ApproachPlan:
     last = attempts[-1]
-    words = "; ".join(f"{each.side}: {each.why or each.message}" for each in attempts)
+    words = "; ".join(f"{each.side}: {each.why or each.message}" for each in attempts[:TOLD])
+    if len(attempts) > TOLD:
+        words += f"; and nothing from {len(attempts) - TOLD} other starts"
     failed = last.reason is ExitReason.SUBPROBLEM_FAILED
     status = PlanStatus.FAILED if failed else PlanStatus.NOT_FOUND
     if last.reason is ExitReason.INTERRUPTED:

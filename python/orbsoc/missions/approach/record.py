@@ -87,9 +87,14 @@ def details(plan: ApproachPlan) -> str:
     needed = tuple(each for each in found.aborts if not each.safe)
     if needed:
         words.append(f"the drift is not safe by itself at {spans(needed, every)}")
+        gaps = [each.size_m_s - each.at_least_m_s for each in needed if each.dv_m_s is not None]
+        if gaps:
+            words.append(f"abort impulses are at most {max(gaps):.4f} m/s above the smallest in the plane")
     if found.unsafe_aborts:
         most = plan.scenario.safety.abort_m_s
-        words.append(f"no impulse up to {most:g} m/s makes it safe at {spans(found.unsafe_aborts, every)}")
+        proved = all(each.at_least_m_s >= most for each in found.unsafe_aborts)
+        what = "no impulse in the plane" if proved else "no impulse was found that"
+        words.append(f"{what} up to {most:g} m/s makes it safe at {spans(found.unsafe_aborts, every)}")
     if isfinite(found.drift_with_j2_m):
         words.append(
             f"with J2 and drag the drifts before the gate stay {found.drift_with_j2_m:.1f} m outside"
@@ -107,10 +112,11 @@ def messages(plan: ApproachPlan) -> dict[str, str]:
 
 
 def abort_table(plan: ApproachPlan) -> str:
-    """`aborts.csv`: of every instant whether the drift is safe by itself, and the impulse that makes it so."""
-    rows = ["time_s,safe_by_itself,dv_r_m_s,dv_t_m_s,dv_n_m_s,margin_m"]
+    """`aborts.csv`: of every instant whether the drift is safe by itself, the impulse that makes it so, and its least size."""
+    rows = ["time_s,safe_by_itself,dv_r_m_s,dv_t_m_s,dv_n_m_s,margin_m,at_least_m_s"]
     for each in plan.verification.aborts if plan.verification else ():
         numbers = [""] * 3 if each.dv_m_s is None else [repr(value) for value in each.dv_m_s.tolist()]
         margin = "" if each.dv_m_s is None else repr(each.margin_m)
-        rows.append(",".join([repr(each.time_s), str(each.safe).lower(), *numbers, margin]))
+        ends = [margin, repr(each.at_least_m_s)]
+        rows.append(",".join([repr(each.time_s), str(each.safe).lower(), *numbers, *ends]))
     return "\n".join(rows) + "\n"

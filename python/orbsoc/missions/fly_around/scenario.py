@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
+from orbsoc.guidance.in_flight import BurnCycle
 from orbsoc.guidance.orbit_input.beside import (
     LeftOut,
     circle_keys,
@@ -132,6 +133,7 @@ class Scenario(BaseScenario):
     start: Start | None = None
     disturbance: Disturbance | None = None
     uncertainty: Uncertainty | None = None
+    guidance: BurnCycle = BurnCycle()
     truth: Truth = Truth()
 
     @model_validator(mode="before")

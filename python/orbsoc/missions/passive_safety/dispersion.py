@@ -99,7 +99,7 @@ def fly_many(
             at = t
             estimate = errors.navigated(state, random)
             if replan:
-                found, given_up, solved = _replanned(
+                found, given_up, solved = replanned(
                     approach, programme.times_s[k:], estimate, k, solve, margins=margins
                 )
                 replans += 1
@@ -120,7 +120,7 @@ def fly_many(
     return MonteCarlo(count, errors.seed, unsafe, nearest, miss, spent, replans, fallbacks, most, failed)
 
 
-def _replanned(
+def replanned(
     approach: Approach, times_s: Array, estimate: Array, done: int, solve: Solve, *, margins: bool
 ) -> tuple[Array, float, bool]:
     """Impulses (N − done, 3) from an estimated state, the depth given up in m, and whether there is an answer."""

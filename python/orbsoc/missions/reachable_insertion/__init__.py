@@ -9,7 +9,9 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
+from .flight.loop import InsertionLoop
 from .on_board import on_board
+from .outer_loop import outer_loop
 from .plan import Plan, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
@@ -17,6 +19,7 @@ from .search.run import Attempt
 from .two_burns.planner import TwoBurnPlan
 
 PAPER = "004"
+closed_loop = InsertionLoop.of
 
 __all__ = [
     "COLUMNS",
@@ -28,9 +31,11 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "TwoBurnPlan",
+    "closed_loop",
     "disperse",
     "load_scenario",
     "on_board",
+    "outer_loop",
     "plan",
     "reproduce",
 ]

@@ -11,7 +11,6 @@ from dataclasses import astuple, dataclass, fields
 from math import ceil, pi, tan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbsoc.conic.problem import Problem
 from orbsoc.guidance.collocation import barycentric_weights, legendre_gauss
@@ -21,23 +20,19 @@ from orbsoc.guidance.scenario_file import ScenarioError
 from orbsoc.guidance.scp import ExitReason, Rules, Solve
 from orbsoc.orbit.array import Array
 
+from .model.problem_data import Places, fixed_data, layout, places_of
 from .scenario import Scenario
 from .search.run import Attempt, Search, SearchResult, verified
 from .search.setup import InsertionSetup
 from .search.strategies import null_burn
 from .starts.directions import steps_between
-from .targets.rows import TERMINAL_ROWS
 from .targets.target_orbit import TargetOrbit
 from .verification import SAMPLES
-
-Places = NDArray[np.int64]
 
 CHECK_STEP = 5e-3
 """Longest step of the flight that judges a plan, canonical: by the fourth order it ends within 1e-11."""
 _MOVED = np.array([180.0, -120.0, 150.0, 1.2, -0.9, 1.6])
 """By how much the second recorded state is off the scenario's, SI."""
-_BY_STATE = [(k, 3 + k) for k in range(3)] + [(3 + i, j) for i in range(3) for j in range(3)]
-"""Entries of ∂g/∂x that are stored, as rows and columns of its 6 × 6 block."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,9 +62,9 @@ class OnBoard:
 
 def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
     """The mission of a scenario, with plans that `solve` makes of it. Raises NotOnBoard with the reason where there is none."""
-    for is_wrong, words in _what_it_has_not(scenario):
+    for is_wrong, key, allowed in what_it_has_not(scenario):
         if is_wrong:
-            raise NotOnBoard(words)
+            raise NotOnBoard(f"{key}: the mission in C {allowed}")
     setup = InsertionSetup.of(scenario)
     rules = Rules(max_iterations=scenario.method.max_iterations)
     if any(null_burn(Search(solve, rules), SearchResult(setup))):
@@ -85,21 +80,22 @@ def on_board(scenario: Scenario, solve: Solve) -> OnBoard:
         moved = InsertionSetup.of(near)
         attempts.append((moved, _planned(moved, solve, rules)))
     problem = first.outcome.iterations[0].problem
-    columns, rows = _layout(setup, problem)
-    places = _places(problem, columns, rows, first.nodes)
+    columns, rows = layout(problem, first.nodes)
+    places = places_of(problem, columns, rows, first.nodes)
     problems = [each.problem for _, attempt in attempts for each in attempt.outcome.iterations]
     return OnBoard(
         "insertion",
         problem,
         sizes=_sizes(setup, problem, columns, rows, rules),
         numbers=_numbers(setup, rules),
-        lists=_lists(setup, _fixed(problems, places, rows["longest_row"])),
+        lists=_lists(setup, fixed_data(problems, places, rows["longest_row"])),
         places=places,
         plans=tuple(_recorded(*each) for each in attempts if each[1].verified),
     )
 
 
-def _what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str]]:
+def what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str, str]]:
+    """Whether the one burn from now onto an orbit that is given whole is not what is asked: the key with its value, and what there is."""
     burn, bound, free = scenario.burn, scenario.limits.attitude_rate_deg_s, list(scenario.target.free)
     plane = scenario.verification.plane_rad
     rules = (
@@ -110,8 +106,7 @@ def _what_it_has_not(scenario: Scenario) -> Iterator[tuple[bool, str]]:
         (bool(free), f"target.free = {free}", "reaches orbits that are given whole"),
         (plane >= 0.5 * pi, f"verification.plane_rad = {plane:g}", "allows less than a right angle"),
     )
-    for is_wrong, key, allowed in rules:
-        yield is_wrong, f"{key}: the mission in C {allowed}"
+    yield from rules
 
 
 def _moved(scenario: Scenario, start_si: Array) -> Scenario | None:
@@ -143,70 +138,23 @@ def _recorded(setup: InsertionSetup, attempt: Attempt) -> RecordedPlan:
     )
 
 
-def _layout(setup: InsertionSetup, problem: Problem) -> tuple[dict[str, int], dict[str, int]]:
-    """First column of each group of unknowns, and first row of each group of rows."""
-    nodes = setup.scenario.method.nodes
-    sizes = {"states": 6 * nodes, "control_column": 3 * nodes, "end_column": 6, "duration_column": 1,
-             "above_column": len(TERMINAL_ROWS), "below_column": len(TERMINAL_ROWS)}  # fmt: skip
-    starts = np.cumsum([0, *sizes.values()]).tolist()
-    rows = {"end_row": 6 * nodes, "target_row": 6 * nodes + 6, "longest_row": 1}
-    wanted = (starts[-1], rows["target_row"] + len(TERMINAL_ROWS))
-    if problem.A.shape[::-1] != wanted:
-        raise RuntimeError(
-            f"the subproblem has {problem.A.shape[::-1]} unknowns and equalities, not {wanted}"
-        )
-    return dict(zip(sizes, starts, strict=False)), rows
-
-
-def _places(
-    problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], nodes: int
-) -> dict[str, Places]:
-    """Where each entry that a reference moves stands in the data of A."""
-    matrix = problem.A
-    of_column = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
-    stored = {pair: k for k, pair in enumerate(zip(matrix.indices.tolist(), of_column.tolist(), strict=True))}
-    control, end, duration = (columns[f"{name}_column"] for name in ("control", "end", "duration"))
-    end_row, target_row = rows["end_row"], rows["target_row"]
-    each = range(nodes)
-    entries = {
-        "state": [(6 * k + i, 6 * k + j) for k in each for i, j in _BY_STATE],
-        "control": [(6 * k + 3 + i, control + 3 * k + i) for k in each for i in range(3)],
-        "duration": [(6 * k + i, duration) for k in each for i in range(6)],
-        "end_state": [(end_row + i, 6 * k + j) for k in each for i, j in _BY_STATE],
-        "end_control": [(end_row + 3 + i, control + 3 * k + i) for k in each for i in range(3)],
-        "end_duration": [(end_row + i, duration) for i in range(6)],
-        "target": [(target_row + i, end + j) for i in range(len(TERMINAL_ROWS)) for j in range(6)],
-    }
-    return {name: np.array([stored[pair] for pair in pairs]) for name, pairs in entries.items()}
-
-
-def _fixed(problems: list[Problem], places: Mapping[str, Places], longest_row: int) -> dict[str, Array]:
-    """The data that no reference moves, the others zero. Raises RuntimeError where the subproblems differ in them."""
-
-    def kept(problem: Problem) -> dict[str, Array]:
-        a, h = np.array(problem.A.data), np.array(problem.h)
-        a[np.concatenate(list(places.values()))], h[longest_row] = 0.0, 0.0
-        return {"a": a, "g": np.array(problem.G.data), "c": np.array(problem.c), "h": h}
-
-    found = kept(problems[0])
-    for problem in problems[1:]:
-        for name, values in kept(problem).items():
-            if problem.P.nnz or not np.array_equal(values, found[name]):
-                raise RuntimeError(f"a reference moves data of {name} that should be fixed")
-    return found
-
-
 def _sizes(
     setup: InsertionSetup, problem: Problem, columns: Mapping[str, int], rows: Mapping[str, int], rules: Rules
 ) -> dict[str, int]:
-    grid = legendre_gauss(setup.scenario.method.nodes)
+    guess_steps, check_steps = sizes_of_flights(setup)
     counts = {
         "nodes": setup.scenario.method.nodes, "entries_a": problem.A.nnz, "entries_g": problem.G.nnz, "variables": problem.n,
         "equality_rows": problem.p, "cone_rows": problem.m, "max_subproblems": rules.max_iterations,
-        "guess_steps": steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s), "check_samples": SAMPLES - 1,
-        "check_steps": ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP),
+        "guess_steps": guess_steps, "check_samples": SAMPLES - 1, "check_steps": check_steps,
     }  # fmt: skip
     return counts | {name: at for name, at in columns.items() if name != "states"} | dict(rows)
+
+
+def sizes_of_flights(setup: InsertionSetup) -> tuple[int, int]:
+    """Steps of the first guess between two nodes, and of the judging flight between two samples."""
+    grid = legendre_gauss(setup.scenario.method.nodes)
+    guess_steps = steps_between(grid, setup.scenario.burn.guess_s / setup.units.time_s)
+    return guess_steps, ceil(setup.burn.longest / (SAMPLES - 1) / CHECK_STEP)
 
 
 def _numbers(setup: InsertionSetup, rules: Rules) -> dict[str, float]:

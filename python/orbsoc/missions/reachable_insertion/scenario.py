@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.in_flight import Cycle, ThrustLoss
 from orbsoc.guidance.orbit_input import Orbit, vehicle_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.vehicle import DRY_SHARE, LaunchSite, Positive, Vehicle
@@ -124,6 +125,8 @@ class Scenario(BaseScenario):
     limits: Limits = Limits()
     method: Method = Method()
     verification: Verification = Verification()
+    guidance: Cycle = Cycle()
+    event: ThrustLoss | None = None
 
     @model_validator(mode="after")
     def _physics(self) -> Self:

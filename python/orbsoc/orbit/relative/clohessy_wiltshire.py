@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, isfinite, sin, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -43,14 +44,22 @@ class ClohessyWiltshire:
     def transition(self, t1_s: float, t0_s: float) -> Array:
         """The state transition matrix (6, 6) from t0_s to t1_s, frame (R, T, N)."""
         n, dt = self.mean_motion_rad_s, t1_s - t0_s
-        s, c = sin(n * dt), cos(n * dt)
-        return np.array(
-            [
-                [4.0 - 3.0 * c, 0.0, 0.0, s / n, 2.0 * (1.0 - c) / n, 0.0],
-                [6.0 * (s - n * dt), 1.0, 0.0, 2.0 * (c - 1.0) / n, 4.0 * s / n - 3.0 * dt, 0.0],
-                [0.0, 0.0, c, 0.0, 0.0, s / n],
-                [3.0 * n * s, 0.0, 0.0, c, 2.0 * s, 0.0],
-                [6.0 * n * (c - 1.0), 0.0, 0.0, -2.0 * s, 4.0 * c - 3.0, 0.0],
-                [0.0, 0.0, -n * s, 0.0, 0.0, c],
-            ]
-        )
+        return np.array(_rows(n, dt, sin(n * dt), cos(n * dt)))
+
+    def transitions(self, dt_s: Array) -> Array:
+        """Those by times (...,): (..., 6, 6)."""
+        n, one = self.mean_motion_rad_s, np.ones_like(dt_s)
+        rows = _rows(n, dt_s, np.sin(n * dt_s), np.cos(n * dt_s))
+        return np.moveaxis(np.array([[entry * one for entry in row] for row in rows]), (0, 1), (-2, -1))
+
+
+def _rows(n: float, dt: Any, s: Any, c: Any) -> list[list[Any]]:
+    """By a time, or by many at once, with sine and cosine of its angle."""
+    return [
+        [4.0 - 3.0 * c, 0.0, 0.0, s / n, 2.0 * (1.0 - c) / n, 0.0],
+        [6.0 * (s - n * dt), 1.0, 0.0, 2.0 * (c - 1.0) / n, 4.0 * s / n - 3.0 * dt, 0.0],
+        [0.0, 0.0, c, 0.0, 0.0, s / n],
+        [3.0 * n * s, 0.0, 0.0, c, 2.0 * s, 0.0],
+        [6.0 * n * (c - 1.0), 0.0, 0.0, -2.0 * s, 4.0 * c - 3.0, 0.0],
+        [0.0, 0.0, -n * s, 0.0, 0.0, c],
+    ]

@@ -46,6 +46,8 @@ class Approach:
     axes_m: Array
     share: float = 1.0
     """Of the drifts' horizon: less on the way to a plan."""
+    narrow: float = 1.0
+    """Of the keep-out: the same."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
@@ -71,6 +73,14 @@ class Approach:
         return self.scenario.duration_s
 
     @property
+    def planar(self) -> bool:
+        """Whether start and points lie in the orbital plane: then so does the cheapest flight, for what an impulse does out
+        of it changes nothing in it."""
+        places = [self.start[2::3], *(each.position()[2:] for each in self.scenario.points.values())]
+        speeds = [each.velocity() for each in self.scenario.points.values()]
+        return not any(each.any() for each in (*places, *(each[2:] for each in speeds if each is not None)))
+
+    @property
     def circular(self) -> bool:
         """Whether the motion is that about a circular target."""
         return isinstance(self.motion, ClohessyWiltshire)
@@ -79,6 +89,11 @@ class Approach:
     def spherical(self) -> bool:
         """Whether the keep-out is a sphere."""
         return bool(np.ptp(self.axes_m) == 0.0)
+
+    @property
+    def outer_m(self) -> Array:
+        """Semi-axes of the keep-out with its margin, (3,)."""
+        return self.narrow * (self.axes_m + self.scenario.keep_out.margin_m)
 
     @property
     def gate_s(self) -> float:
@@ -100,6 +115,13 @@ class Approach:
         """For how long a drift stays out; infinite for all time."""
         safety = self.scenario.safety
         return inf if safety.all_time else self.share * safety.orbits * self.period_s
+
+    def transitions(self, times_s: Array, from_s: Array) -> Array:
+        """State transition matrices (S, 6, 6) to times (S,) from others (S,)."""
+        if isinstance(self.motion, ClohessyWiltshire):
+            return self.motion.transitions(times_s - from_s)
+        pairs = zip(times_s.tolist(), from_s.tolist(), strict=True)
+        return np.array([self.motion.transition(t, at) for t, at in pairs]).reshape(-1, 6, 6)
 
     def instants(self, first_s: float, last_s: float, each: int = 1) -> Array:
         """Every `each`-th instant of the common grid within a span, and its ends."""

@@ -12,7 +12,8 @@ from orbsoc.guidance.safety_bound import DriftFamily, least_bound
 from orbsoc.orbit.array import Array, Flags
 
 from .approach import Approach
-from .problem import Instant, Instants, flown
+from .instants import Instant, Instants
+from .problem import flown
 
 EACH = 3
 """Of the common instants each third is looked at in a drift before the nearest is refined."""
@@ -20,6 +21,8 @@ AN_ARC = 24
 """Intervals of an arc."""
 NEAR_M = 80.0
 """Outside the keep-out, up to which a drift is refined between the instants: what it flies from one to the next."""
+FINE = 9
+"""Instants at which each span is looked at, twice."""
 BROKEN_M = 5e-4
 """By which a condition must be broken to be asked for at another instant."""
 
@@ -38,10 +41,11 @@ class Search:
     def __init__(self, approach: Approach) -> None:
         self.approach = approach
 
-    def broken(self, programme: ImpulseProgramme, side: Array | None = None) -> Broken:
-        """Of a programme at the approach's instants; with `side` (3,) all drifts stay beyond the plane of this normal."""
+    def broken(self, programme: ImpulseProgramme, normals: Array | None = None) -> Broken:
+        """Of a programme at the approach's instants; with `normals` (K, 3) the drift after an impulse stays beyond the plane of
+        its own."""
         after = flown(self.approach, programme)
-        found: dict[str, list[tuple[Instant, float]]] = {"keep_out": self._drifts(after, programme, side)}
+        found: dict[str, list[tuple[Instant, float]]] = {"keep_out": self._drifts(after, programme, normals)}
         states = np.einsum("ksij,kj->ksi", self._arcs, after)
         scenario, gate = self.approach.scenario, self.approach.guarded
         if scenario.corridor is not None:
@@ -71,10 +75,9 @@ class Search:
     @cached_property
     def _arcs(self) -> Array:
         """From the state after each impulse to those instants, (K, AN_ARC + 1, 6, 6)."""
-        motion = self.approach.motion
-        return np.array(
-            [[motion.transition(float(t), float(row[0])) for t in row] for row in self._arc_times]
-        )
+        times = self._arc_times
+        starts = np.repeat(times[:, 0], AN_ARC + 1)
+        return self.approach.transitions(times.ravel(), starts).reshape(*times.shape, 6, 6)
 
     def _least(self, margins: Array, wanted: Flags) -> list[tuple[Instant, float]]:
         """The instant of the least margin of each arc, of margins (K, AN_ARC + 1)."""
@@ -91,7 +94,7 @@ class Search:
         span = approach.period_s if np.isinf(approach.horizon_s) else approach.horizon_s
         end = approach.gate_s + span
         times = approach.instants(0.0, end, EACH)
-        return times, np.array([approach.motion.transition(float(t), 0.0)[:3] for t in times])
+        return times, approach.transitions(times, np.zeros_like(times))[:, :3]
 
     @cached_property
     def _back(self) -> Array:
@@ -100,7 +103,7 @@ class Search:
         return np.array([motion.transition(0.0, float(t)) for t in self.approach.times_s[:count]])
 
     def _drifts(
-        self, after: Array, programme: ImpulseProgramme, side: Array | None
+        self, after: Array, programme: ImpulseProgramme, normals: Array | None
     ) -> list[tuple[Instant, float]]:
         """The nearest instants of the drifts, of whole and cut burns, with their margins, m.
 
@@ -113,57 +116,72 @@ class Search:
         times, positions = self._grid
         starts = approach.times_s[:count]
         ends = [float(min(each + approach.horizon_s, times[-1])) for each in starts]
-        found = []
+        near: list[tuple[int, bool, float, float]] = []
         for g in range(count):
             small = programme.sizes_m_s[g] < 1e-6
             for whole in (True, False) if cut and not small else (True,):
                 end = max(ends[g], float(approach.ends_s[g])) if whole else ends[g]
-                there = np.flatnonzero((times >= starts[g]) & (times <= end))
+                first, last = np.searchsorted(times, [starts[g], end + 1e-9]).tolist()
                 pair = np.stack([before[g] if not whole else after[g], after[g]], axis=1)
-                places = positions[there] @ (self._back[g] @ pair)
-                depths, _ = self._depths(places, side)
+                places = positions[first:last] @ (self._back[g] @ pair)
+                depths, _ = self._depths(places, None if normals is None else normals[g])
                 inner = np.pad(depths, 1, constant_values=np.inf)
-                for m in np.flatnonzero(
-                    (depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)
-                ).tolist():
-                    low = times[there[m - 1]] if m else starts[g]
-                    high = times[there[m + 1]] if m + 1 < there.size else end
-                    found.append(self._refined(g, pair, float(low), float(high), side))
+                least = (depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)
+                for m in (first + np.flatnonzero(least)).tolist():
+                    low = times[m - 1] if m > first else starts[g]
+                    high = times[m + 1] if m + 1 < last else end
+                    near.append((g, whole, float(low), float(high)))
+        found = self._refined(near, before, after, normals) if near else []
         if np.isinf(approach.horizon_s) and approach.spherical:
-            found += self._for_all_time(before, after[:count], cut, side)
+            found += self._for_all_time(before, after[:count], cut, normals)
         return found
 
-    def _depths(self, places: Array, side: Array | None) -> tuple[Array, Array]:
-        """How far outside the keep-out with its margin, or beyond its plane, the nearest of each piece (M, 3, 2) is, m, and
+    def _depths(self, places: Array, normal: Array | None) -> tuple[Array, Array]:
+        """How far outside the keep-out with its margin, or beyond its plane, the nearest of each piece (..., 3, 2) is, m, and
         the fraction that it is at."""
-        axes = self.approach.axes_m + self.approach.scenario.keep_out.margin_m
+        axes = self.approach.outer_m
         scaled = places / axes[:, None]
         first, along = scaled[..., 0], scaled[..., 1] - scaled[..., 0]
-        if side is not None:
-            fractions = np.where(along @ side < 0.0, 1.0, 0.0)
+        if normal is not None:
+            fractions = np.where((along * normal).sum(axis=-1) < 0.0, 1.0, 0.0)
         else:
             fractions = np.clip(
-                -(first * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30), 0.0, 1.0
+                -(first * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), 1e-30), 0.0, 1.0
             )
-        nearest = first + fractions[:, None] * along
-        sizes = np.linalg.norm(nearest, axis=1) if side is None else nearest @ side
+        nearest = first + fractions[..., None] * along
+        sizes = np.linalg.norm(nearest, axis=-1) if normal is None else (nearest * normal).sum(axis=-1)
         return float(axes.min()) * (sizes - 1.0), fractions
 
     def _refined(
-        self, k: int, pair: Array, low_s: float, high_s: float, side: Array | None
-    ) -> tuple[Instant, float]:
-        motion, at = self.approach.motion, float(self.approach.times_s[k])
+        self,
+        near: list[tuple[int, bool, float, float]],
+        before: Array,
+        after: Array,
+        normals: Array | None,
+    ) -> list[tuple[Instant, float]]:
+        """Of spans of time, each after an impulse, whole or cut, the nearest instants, all at once."""
+        arcs, whole = np.array([each[0] for each in near]), np.array([each[1] for each in near])
+        low, high = (np.array([each[k] for each in near]) for k in (2, 3))
+        first = np.where(whole[:, None], after[arcs], before[arcs])
+        pairs = np.stack([first, after[arcs]], axis=2)[:, None]
+        normal = None if normals is None else normals[arcs][:, None]
+        every = np.arange(len(near))
+        starts = np.repeat(self.approach.times_s[arcs], FINE)
         for _ in range(2):
-            fine = np.linspace(low_s, high_s, 9)
-            places = np.array([motion.transition(float(t), at)[:3] @ pair for t in fine])
-            depths, fractions = self._depths(places, side)
-            best = int(depths.argmin())
-            low_s, high_s = float(fine[max(best - 1, 0)]), float(fine[min(best + 1, 8)])
-        fraction = 1.0 if (pair[:, 0] == pair[:, 1]).all() else float(fractions[best])
-        return Instant(k, float(fine[best]), fraction), float(depths[best])
+            fine = np.linspace(low, high, FINE, axis=1)
+            to = self.approach.transitions(fine.ravel(), starts)[:, :3].reshape(-1, FINE, 3, 6)
+            depths, fractions = self._depths(to @ pairs, normal)
+            best = depths.argmin(axis=1)
+            low, high = fine[every, np.maximum(best - 1, 0)], fine[every, np.minimum(best + 1, FINE - 1)]
+        fractions = np.where(whole, 1.0, fractions[every, best])
+        rows = zip(
+            arcs.tolist(), fine[every, best].tolist(), fractions.tolist(), depths[every, best].tolist(),
+            strict=True,
+        )  # fmt: skip
+        return [(Instant(k, t, fraction), depth) for k, t, fraction, depth in rows]
 
     def _for_all_time(
-        self, before: Array, after: Array, cut: bool, side: Array | None
+        self, before: Array, after: Array, cut: bool, normals: Array | None
     ) -> list[tuple[Instant, float]]:
         """The nearest of each drift family, however late."""
         approach, found = self.approach, []
@@ -174,6 +192,7 @@ class Search:
             at = float(approach.times_s[k])
             rows = approach.motion.transition(at + least.after_s, at)[:3]
             place = rows @ (pair[:, 0] + least.fraction * (pair[:, 1] - pair[:, 0]))
-            depth = float(self._depths(np.stack([place, place], axis=1)[None], side)[0][0])
+            normal = None if normals is None else normals[k]
+            depth = float(self._depths(np.stack([place, place], axis=1)[None], normal)[0][0])
             found.append((Instant(k, at + least.after_s, least.fraction if cut else 1.0), depth))
         return found

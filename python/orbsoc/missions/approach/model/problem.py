@@ -1,75 +1,32 @@
-"""The conic problem about a reference flight: hold points, corridor, speed and engine as they are, the keep-out by half-spaces.
+"""The conic problem about a reference flight: points, holds, corridor, speed and engine, the keep-out by half-spaces.
 
-Every condition holds at instants on the arc after an impulse, as rows on the state just after it. Outside the keep-out is not
-convex: at each instant the flight stays beyond a plane that touches it, where a safe reference looks at it from, or all on one
-side. Beyond its planes a flight is outside; one slack, at a price, tells by how much that cannot be. The speed limit by range
-uses the range along the reference's direction, which is no longer than the range.
+Every condition holds at instants on the arc after an impulse, as rows on the state just before it and the impulse. The arc has rows
+for a number of instants, zeros where they are not needed: all problems of a plan have one sparsity pattern, or few.
+Beyond its planes a flight is outside; one slack, at a price, tells by how much that cannot be.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import cos, radians, tan
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from orbsoc.conic import csc
 from orbsoc.conic.builder import ConicBuilder
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.solution import Solution
 from orbsoc.guidance.impulses import ImpulseProgramme, Impulses
 from orbsoc.guidance.safety import states_after
-from orbsoc.orbit.array import Array
+from orbsoc.orbit.array import Array, Index
 
 from .approach import Approach
+from .instants import AWAY, KEEP_OUT, KINDS, Instants, Room
+from .rows import WORTH_M, Reference, heights, rows_of
 
 ENTERED = "metres inside the keep-out"
 PRICE = 1.0
 """Of a metre inside, in m/s: far above what a metre of the keep-out costs."""
-ROOM_M = 2e-3
-"""By which every condition is kept better at its instants, for the time between them."""
-CORRIDOR, SPEED, KEEP_OUT, HOLD = "corridor", "speed", "keep-out", "hold"
-
-
-@dataclass(frozen=True, slots=True)
-class Instant:
-    """After impulse `arc`, of which a `fraction` was flown, at a time."""
-
-    arc: int
-    t_s: float
-    fraction: float = 1.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Instants:
-    """Where each condition is asked for."""
-
-    keep_out: tuple[Instant, ...] = ()
-    corridor: tuple[Instant, ...] = ()
-    speed: tuple[Instant, ...] = ()
-    hold: tuple[Instant, ...] = ()
-
-    def with_more(self, other: Instants) -> Instants:
-        """Both, each instant once."""
-        names = self.__dataclass_fields__
-        return replace(
-            self, **{name: tuple(dict.fromkeys(getattr(self, name) + getattr(other, name))) for name in names}
-        )
-
-
-def at_nodes(approach: Approach) -> Instants:
-    """After each impulse, and at the end of its arc: where the conditions are asked for at first."""
-    arcs = list(enumerate(zip(approach.times_s.tolist(), approach.ends_s.tolist(), strict=True)))
-    ends = [Instant(k, end) for k, (_, end) in arcs]
-    both = [Instant(k, t) for k, pair in arcs for t in pair]
-    scenario = approach.scenario
-    return Instants(
-        corridor=tuple(each for each in ends if scenario.corridor and each.t_s > approach.gate_s),
-        speed=tuple(both) if scenario.speed else (),
-        hold=tuple(
-            each
-            for _, point in approach.holds()
-            for each in both
-            if point.arrive_s <= approach.times_s[each.arc] < point.leave_s
-        ),
-    )
 
 
 def flown(approach: Approach, programme: ImpulseProgramme) -> Array:
@@ -77,129 +34,181 @@ def flown(approach: Approach, programme: ImpulseProgramme) -> Array:
     return states_after(programme, approach.start, approach.motion)
 
 
-def position_rows(approach: Approach, at: Instant) -> Array:
-    """What the state just after its impulse does to the position then, (3, 6)."""
-    return approach.motion.transition(at.t_s, float(approach.times_s[at.arc]))[:3]
+@dataclass(frozen=True, slots=True, eq=False)
+class Filled:
+    """A problem with the instants that it asks for, and where their rows are."""
+
+    form: Form
+    problem: Problem
+    instants: Instants
+    where: dict[str, Index]
+    """Of each condition the rows of its instants in h, (S, rows)."""
+
+    def programme(self, solution: Solution) -> ImpulseProgramme:
+        """The impulses of a solution."""
+        return self.form.impulses.programme(solution)
+
+    def entered(self, solution: Solution) -> float:
+        """The slack, m."""
+        return max(float(self.form.builder.value(solution, ENTERED)[0]), 0.0)
+
+    def slacks(self, solution: Solution) -> dict[str, Array]:
+        """By how much each row is kept, (S,) of each condition, in metres or what they are worth."""
+        found = {}
+        for kind, rows in self.where.items():
+            s = solution.s[rows]
+            found[kind] = WORTH_M[kind] * (s[:, 0] - np.linalg.norm(s[:, 1:], axis=1))
+        return found
+
+    def why(self, solution: Solution) -> str:
+        """Of a problem that is proved infeasible, the conditions that contradict each other."""
+        return self.form.builder.why(solution, self.problem.h)
 
 
-def assemble(
-    approach: Approach,
-    instants: Instants,
-    reference: Array | None,
-    programme: ImpulseProgramme | None = None,
-    side: Array | None = None,
-    away: Array | None = None,
-) -> Impulses:
-    """The problem about a reference, states (K, 6) after the impulses of `programme`; with `side` (3,) all planes have this
-    normal. Without either the keep-out is left out. With `away` (3,) each drift's ellipse moves that way along T, or rests.
-    """
-    builder = ConicBuilder()
-    impulses = Impulses(builder, approach.motion, approach.times_s, approach.start, linked=True)
-    impulses.cost(approach.scenario.engine.cost)
-    _engine(approach, impulses)
-    for name, point in approach.scenario.points.items():
-        impulses.meet(point.arrive_s, point.position(), before=True, name=f"reach {name}")
-        velocity = point.velocity()
-        if velocity is not None:
-            wanted = np.concatenate([point.position(), velocity])[3:]
-            before = not point.hold_s
+class Form:
+    """The pattern of all problems of an approach with some room, and where the numbers of its instants go."""
+
+    def __init__(self, approach: Approach, room: Room) -> None:
+        self.approach, self.room, self.builder = approach, room, ConicBuilder()
+        axes = (0, 1) if approach.planar else (0, 1, 2)
+        self.impulses = Impulses(
+            self.builder, approach.motion, approach.times_s, approach.start, linked=True, axes=axes
+        )
+        self._convex()
+        self._entered = int(self.builder.variable(ENTERED, 1).index[0])
+        self.builder.cost([self._entered], PRICE)
+        self.builder.nonnegative([([self._entered], [[-1.0]])], 0.0)
+        self._heights = heights(approach)
+        self._names = {kind: self._reserve(kind) for kind in KINDS}
+
+    def _convex(self) -> None:
+        """What does not depend on instants."""
+        engine, impulses, builder = self.approach.scenario.engine, self.impulses, self.builder
+        impulses.cost(engine.cost)
+        dv, bounds = impulses.dv, impulses.bounds
+        if (engine.limit, engine.cost) in (("norm", "norms"), ("axes", "absolutes")):
+            assert bounds is not None  # what is counted is what is limited
+            builder.nonnegative([(bounds, np.eye(bounds.index.size))], engine.largest_m_s, name="engine")
+        elif engine.limit == "axes":
+            builder.bounds(dv, -engine.largest_m_s, engine.largest_m_s, name="engine")
+        else:
+            each = len(impulses.axes)
+            builder.norm([(dv, np.eye(dv.index.size))], bound=engine.largest_m_s, size=each, name="engine")
+        plane = np.eye(6)[[0, 1, 3, 4]] if self.approach.planar else np.eye(6)
+        many = len(plane) // 2
+        for name, point in self.approach.scenario.points.items():
+            position, velocity = point.position(), point.velocity()
             impulses.meet(
-                point.arrive_s, wanted, matrix=np.eye(6)[3:], before=before, name=f"velocity at {name}"
+                point.arrive_s, position[:many], matrix=plane[:many], before=True, name=f"reach {name}"
             )
-    for k, at in enumerate(instants.hold):
-        _hold(approach, impulses, at, named(HOLD, at, k))
-    for k, at in enumerate(instants.corridor):
-        _corridor(approach, impulses, at, named(CORRIDOR, at, k))
-    for k, at in enumerate(instants.speed):
-        _speed(approach, impulses, at, reference, named(SPEED, at, k))
-    if away is not None:
-        row = away[1] * np.array([[4.0, 0.0, 0.0, 0.0, 2.0 / approach.mean_motion_rad_s, 0.0]])
-        for k, t in enumerate(approach.times_s[: approach.guarded].tolist()):
-            impulses.below(t, row, 0.0, name=f"moves away {k}")
-    if instants.keep_out:
-        entered = builder.variable(ENTERED, 1)
-        builder.cost(entered, PRICE)
-        builder.nonnegative([(entered, [[-1.0]])], 0.0)
-        for k, at in enumerate(instants.keep_out):
-            normal = side if side is not None else _sight(approach, at, reference, programme)
-            _keep_out(approach, impulses, at, normal, named(KEEP_OUT, at, k))
-    return impulses
+            if velocity is not None:
+                impulses.meet(
+                    point.arrive_s, velocity[:many], matrix=plane[many:], before=not point.hold_s,
+                    name=f"velocity at {name}",
+                )  # fmt: skip
+
+    def _reserve(self, kind: str) -> list[list[str]]:
+        """Rows for every arc, zeros but stored."""
+        height, names = self._heights[kind], []
+        for arc, count in enumerate(self.room.counts[kind].tolist()):
+            columns = self._columns(arc, kind)
+            zeros, ones = np.zeros((height, len(columns))), np.eye(height)[0]
+            after = f"{kind.replace('_', '-')} after {self.approach.times_s[arc]:.0f} s"
+            own = [f"{after} (row {number})" for number in range(1, count + 1)]
+            for name in own:
+                if height == 1:
+                    self.builder.nonnegative([(columns, zeros)], ones, zeros=True, name=name)
+                else:
+                    self.builder.second_order([(columns, zeros)], ones, zeros=True, name=name)
+            names.append(own)
+        return names
+
+    def _columns(self, arc: int, kind: str) -> list[int]:
+        """Of the state before an impulse, the impulse, and the slack: what the rows after it depend on."""
+        state = self.impulses.state_columns(arc)
+        slack = [self._entered] if kind == KEEP_OUT else []
+        return [*state.tolist(), *self.impulses.dv.index[arc].tolist(), *slack]
+
+    @cached_property
+    def _template(self) -> Problem:
+        return self.builder.build()
+
+    @cached_property
+    def _places(self) -> dict[str, tuple[Index, Index, Index]]:
+        """Of each condition: of each arc's first place the number (K,), and of each place the positions in G's numbers
+        (places, rows, columns) and the rows in h (places, rows). Arc 0 has no state: its numbers go nowhere."""
+        G = self._template.G
+        found: dict[str, tuple[Index, Index, Index]] = {}
+        keys = np.repeat(np.arange(G.shape[1]), np.diff(G.indptr)) * G.shape[0] + G.indices
+        full = len(self.impulses.driven)
+        for kind in KINDS:
+            height, counts = self._heights[kind], self.room.counts[kind]
+            width = full + len(self.impulses.axes) + (kind == KEEP_OUT)
+            positions, sides = [np.empty((0, height, width), np.intp)], [np.empty((0, height), np.intp)]
+            for arc, names in enumerate(self._names[kind]):
+                columns = np.array(self._columns(arc, kind), np.intp)
+                for name in names:
+                    rows = self.builder.rows(name)
+                    at = np.searchsorted(keys, columns[None] * G.shape[0] + rows[:, None])
+                    nowhere = np.full((height, width - len(columns)), G.nnz)
+                    positions.append(np.concatenate([nowhere, at], axis=1)[None])
+                    sides.append(rows[None])
+            first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+            found[kind] = first, np.concatenate(positions), np.concatenate(sides)
+        return found
+
+    def filled(
+        self, instants: Instants, about: Reference, normals: Array | None, away: Array | None
+    ) -> Filled:
+        """The problem that asks for these instants; all planes have the normals (K, 3) of their arcs, or are seen from
+        the reference. Drifts move away as the normals `away` do."""
+        template = self._template
+        where: dict[str, Index] = {}
+        G, numbers, h = template.G, np.append(template.G.data, 0.0), template.h.copy()
+        impulses, driven = self.impulses, self.impulses.driven
+        for kind in KINDS:
+            wanted = instants.of(kind)
+            first, positions, sides = self._places[kind]
+            if not wanted:
+                where[kind] = np.empty((0, self._heights[kind]), np.intp)
+                continue
+            matrix, constant = rows_of(about.approach, kind, wanted, about, away if kind == AWAY else normals)
+            taken: dict[int, int] = {}
+            places = []
+            for each in wanted:
+                places.append(first[each.arc] + taken.get(each.arc, 0))
+                taken[each.arc] = taken.get(each.arc, 0) + 1
+            arcs = np.array([each.arc for each in wanted])
+            fractions = np.array([each.fraction for each in wanted])
+            kick = fractions[:, None, None] * matrix[:, :, 3:][:, :, : len(impulses.axes)]
+            parts = [-matrix[:, :, driven], -kick]
+            if kind == KEEP_OUT:
+                parts.append(np.full((len(wanted), 1, 1), -1.0))
+            numbers[positions[places]] = np.concatenate(parts, axis=2)
+            known = np.einsum("srj,sj->sr", matrix, impulses.known_before(arcs))
+            h[sides[places]] = constant + known
+            where[kind] = sides[places]
+        filled = csc.from_parts(numbers[:-1], G.indices, G.indptr, G.shape)
+        problem = Problem(c=template.c, A=template.A, b=template.b, G=filled, h=h, cones=template.cones)
+        return Filled(self, problem, instants, where)
 
 
-def named(what: str, at: Instant, number: int) -> str:
-    """The name of a condition at an instant; the number tells those of one instant apart."""
-    return f"{what} at {at.t_s:.0f} s (row {number})"
+class Forms:
+    """The pattern of an approach as it is; another one only where rows that matter would have no room."""
 
+    def __init__(self, approach: Approach) -> None:
+        self.form = Form(approach, Room.of(approach))
 
-def _engine(approach: Approach, impulses: Impulses) -> None:
-    engine, builder, dv = approach.scenario.engine, impulses.builder, impulses.dv
-    if engine.limit == "axes":
-        builder.bounds(dv, -engine.largest_m_s, engine.largest_m_s, name="engine")
-    else:
-        builder.norm([(dv, np.eye(dv.index.size))], bound=engine.largest_m_s, size=3, name="engine")
+    def begun(self, first: Instants, more: Instants) -> Instants:
+        """What the first problem of a sequence asks for."""
+        unknown = {kind: np.zeros(len(first.of(kind))) for kind in KINDS}
+        return self._in_room(*self.form.room.fitted(first, unknown, more))
 
+    def fitted(self, filled: Filled, solution: Solution, new: Instants) -> Instants:
+        """What the next problem asks for: of the instants of this one and new ones those that matter."""
+        return self._in_room(*self.form.room.fitted(filled.instants, filled.slacks(solution), new))
 
-def _hold(approach: Approach, impulses: Impulses, at: Instant, name: str) -> None:
-    t = float(approach.times_s[at.arc])
-    point = next(point for _, point in approach.holds() if point.arrive_s <= t < point.leave_s)
-    rows = np.vstack([np.zeros(6), position_rows(approach, at)])
-    offset = np.concatenate(
-        [[point.hold_within_m - min(ROOM_M, 0.1 * point.hold_within_m)], -point.position()]
-    )
-    impulses.cone(t, rows, offset, name=name)
-
-
-def _corridor(approach: Approach, impulses: Impulses, at: Instant, name: str) -> None:
-    corridor = approach.scenario.corridor
-    assert corridor is not None
-    axis, angle = corridor.direction(), radians(corridor.half_angle_deg)
-    across = np.linalg.svd(axis[None])[2][1:]
-    steps = tan(angle)
-    matrix = np.vstack([steps * axis, across]) @ position_rows(approach, at)
-    less = (corridor.margin_m + min(ROOM_M, 0.1 * corridor.margin_m)) / cos(angle)
-    offset = np.concatenate([[-steps * corridor.apex_m - less], np.zeros(2)])
-    impulses.cone(float(approach.times_s[at.arc]), matrix, offset, name=name)
-
-
-def _speed(approach: Approach, impulses: Impulses, at: Instant, reference: Array | None, name: str) -> None:
-    speed = approach.scenario.speed
-    assert speed is not None
-    t = float(approach.times_s[at.arc])
-    transition = approach.motion.transition(at.t_s, t)
-    # without a reference the line of sight where the way would be straight
-    place = _straight(approach, at.t_s) if reference is None else transition[:3] @ reference[at.arc]
-    sight = place / max(float(np.linalg.norm(place)), 1e-9)
-    matrix = np.vstack([speed.by_range_per_s * sight @ transition[:3], transition[3:]])
-    impulses.cone(t, matrix, np.array([speed.at_target_m_s, 0.0, 0.0, 0.0]), name=name)
-
-
-def _straight(approach: Approach, t_s: float) -> Array:
-    """The position on straight lines between the points."""
-    times, places = [0.0], [approach.start[:3]]
-    for point in approach.scenario.points.values():
-        times += [point.arrive_s, point.leave_s]
-        places += 2 * [point.position()]
-    return np.array([np.interp(t_s, times, column) for column in np.array(places).T])
-
-
-def _sight(
-    approach: Approach, at: Instant, reference: Array | None, programme: ImpulseProgramme | None
-) -> Array:
-    """The direction, in semi-axes of the keep-out, in which the reference is then, (3,)."""
-    assert reference is not None
-    assert programme is not None
-    axes = approach.axes_m + approach.scenario.keep_out.margin_m
-    state = reference[at.arc].copy()
-    state[3:] -= (1.0 - at.fraction) * programme.dv_m_s[at.arc]
-    place = position_rows(approach, at) @ state / axes
-    return np.asarray(place / max(float(np.linalg.norm(place)), 1e-9))
-
-
-def _keep_out(approach: Approach, impulses: Impulses, at: Instant, normal: Array, name: str) -> None:
-    axes = approach.axes_m + approach.scenario.keep_out.margin_m
-    least = float(axes.min())
-    matrix = -(least * normal / axes)[None] @ position_rows(approach, at)
-    terms = [(impulses.builder.columns(ENTERED), np.array([[-1.0]]))]
-    if at.fraction < 1.0:
-        terms.append((impulses.dv.index[at.arc], -(1.0 - at.fraction) * matrix[:, 3:]))
-    impulses.below(float(approach.times_s[at.arc]), matrix, -least - ROOM_M, extra=terms, name=name)
+    def _in_room(self, instants: Instants, room: Room) -> Instants:
+        if room is not self.form.room:
+            self.form = Form(self.form.approach, room)
+        return instants

@@ -6,35 +6,41 @@ planes touch the keep-out where it is seen from there: the reference keeps them,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from orbsoc.conic.settings import Settings
-from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.impulses import ImpulseProgramme, Impulses
+from orbsoc.conic.solution import Solution
+from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.scp import ExitReason, Iteration, Rules, Solve, Step, Subproblem, sequential_convex
 from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach
+from ..model.instants import Instant, Instants, at_nodes
 from ..model.nearest import Search
-from ..model.problem import ENTERED, Instants, assemble, at_nodes, flown
+from ..model.problem import Filled, Forms, flown
+from ..model.rows import Reference
 
 RULES = Rules(
     step_tol=1e-4, slack_tol=2e-3, infeasible_slack=1e-2, max_iterations=40, loose_tol=1e-8, tight_tol=1e-8,
     usable_residual=1e-5, final_residual=1e-6,
 )  # fmt: skip
 """A step is the relative change of the cost of safe flights; a flight that breaks a condition counts as a step of 1."""
-SHORT = replace(RULES, max_iterations=20, step_tol=5e-3)
+SHORT = replace(RULES, max_iterations=15)
 SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """Of the drifts' horizon, by which they grow."""
+WIDTHS = (0.05, 0.3, 0.6, 0.8, 0.9, 1.0)
+"""Of the keep-out, by which it grows."""
+OPPOSITE = -0.99
+"""Cosine of an angle: directions with a larger one between them have two ways from one to the other."""
 SAFE_M = 1.5e-3
 """By which a safe flight may break a condition; the rows ask for `ROOM_M` more than the scenario."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reference:
+class Found:
     """The last safe flight and its cost, the instants that the next problem asks for, and the last flight, safe or not."""
 
     safe: ImpulseProgramme | None
@@ -50,7 +56,7 @@ class Attempt:
     side: str
     reason: ExitReason
     message: str
-    reference: Reference
+    reference: Found
     subproblems: tuple[Iteration, ...]
     why: str = ""
     """Of an infeasible problem: the conditions that contradict each other."""
@@ -61,110 +67,184 @@ class Attempt:
         return self.reference.safe is not None and self.reason is not ExitReason.INTERRUPTED
 
 
-def sides(approach: Approach) -> dict[str, Array | None]:
-    """Where the keep-out is passed at first, (R, T, N): where the flight without it passes, on the gate's side, below, above."""
+def sides(approach: Approach) -> dict[str, Array]:
+    """Where the keep-out is passed at first, normals (K, 3): on the gate's side, below, above."""
     gate = approach.scenario.gate.position()
     ways = {
         "on the gate's side": gate / np.linalg.norm(gate),
         "below": np.array([-1.0, 0.0, 0.0]),
         "above": np.array([1.0, 0.0, 0.0]),
     }
-    found: dict[str, Array | None] = {"as it comes": None}
-    places = np.array([approach.start[:3], gate]) / (approach.axes_m + approach.scenario.keep_out.margin_m)
+    found: dict[str, Array] = {}
+    places = np.array([approach.start[:3], gate]) / approach.outer_m
     for name, way in ways.items():
-        known = any(each is not None and each @ way > 1.0 - 1e-9 for each in found.values())
+        known = any(each[0] @ way > 1.0 - 1e-9 for each in found.values())
         if not known and (places @ way >= 1.0).all():
-            found[name] = way
+            found[name] = np.tile(way, (approach.times_s.size, 1))
     return found
+
+
+def turns(approach: Approach) -> dict[str, Array]:
+    """Ways about the keep-out, normals (K, 3): from the start's direction to the gate's, over some of the arcs before it, the short
+    way, or below and above where both are opposite."""
+    ends = np.array([approach.start[:3], approach.scenario.gate.position()]) / approach.outer_m
+    first, last = ends / np.linalg.norm(ends, axis=1)[:, None]
+    vertices: dict[str, tuple[Array, ...]] = {"the short way": (first, last)}
+    if first @ last < OPPOSITE:
+        vertices = {
+            name: (first, np.array([sign, 0.0, 0.0]), last)
+            for name, sign in (("below", -1.0), ("above", 1.0))
+        }
+    count = int(np.searchsorted(approach.times_s, approach.scenario.gate.arrive_s - 1e-6))
+    half, arcs = count // 2, np.arange(approach.times_s.size)
+    spans = dict.fromkeys([(1, count - 1), (2, count - 2), (1, half), (0, half), (1, 1), (half, half)])
+    found: dict[str, Array] = {}
+    for name, corners in vertices.items():
+        for early, late in spans:
+            if not 0 <= early <= late < count:
+                continue
+            shares = np.clip((arcs - early + 0.5) / (late - early + 1), 0.0, 1.0)
+            shares[arcs < early], shares[arcs > late] = 0.0, 1.0
+            ways = np.array([_turned(corners, float(share)) for share in shares])
+            found[f"about it {name}, impulses {early + 1} to {late + 1}"] = ways
+    return found
+
+
+def _turned(corners: Sequence[Array], share: float) -> Array:
+    """The direction at a share of the way by great circles from corner to corner, (3,)."""
+    place = share * (len(corners) - 1)
+    k = min(int(place), len(corners) - 2)
+    one, other = corners[k], corners[k + 1]
+    angle = float(np.arccos(np.clip(one @ other, -1.0, 1.0)))
+    if angle < 1e-6:
+        return one
+    part = place - k
+    return np.asarray((np.sin((1.0 - part) * angle) * one + np.sin(part * angle) * other) / np.sin(angle))
 
 
 def attempt(
     approach: Approach,
+    forms: Forms,
     name: str,
-    side: Array | None,
+    normals: Array | None,
     solve: Solve,
     callback: Callable[[Iteration], None] | None,
-    start: ImpulseProgramme | None = None,
-    rules: Rules = RULES,
+    start: Found | None = None,
+    *,
+    any_safe: bool = False,
 ) -> Attempt:
-    """The sequence that begins on a side, or without one with planes about `start`, or the flight that knows no keep-out."""
+    """The sequence whose first planes have normals (K, 3), or are about a safe flight with its instants, `start`, or about the
+    flight that knows no keep-out.
+
+    With `any_safe` it ends with the first safe flight.
+    """
     search = Search(approach)
-    built: list[Impulses] = []
-    # for all time: seen along the track, drifts that do not come back in a revolution must not later
-    away = side if np.isinf(approach.horizon_s) and side is not None and abs(side[1]) > 0.5 else None
+    built: list[Filled] = []
 
-    def linearise(reference: Reference) -> Subproblem[Reference]:
-        about = reference.safe or start or (reference.last if side is None else None)
-        after = None if about is None else flown(approach, about)
-        normal = side if reference.safe is None else None
-        impulses = assemble(approach, reference.instants, after, about, normal, away)
-        built.append(impulses)
+    def linearise(reference: Found) -> Subproblem[Found]:
+        about = reference.safe or known or (reference.last if normals is None else None)
+        states = None if about is None else flown(approach, about)
+        own = normals if reference.safe is None else None
+        asked = (
+            reference.instants
+            if about is not None or own is not None
+            else reference.instants.without("keep_out")
+        )
+        filled = forms.form.filled(asked, Reference(approach, about, states), own, normals)
+        built.append(filled)
 
-        def read(solution: Solution) -> Step[Reference]:
-            found = impulses.programme(solution)
-            broken = search.broken(found, normal)
+        def read(solution: Solution) -> Step[Found]:
+            found, slack = filled.programme(solution), filled.entered(solution)
+            broken = search.broken(found, own)
             cost = cost_of(approach, found)
-            slack = (
-                float(impulses.builder.value(solution, ENTERED)[0]) if impulses.builder.has(ENTERED) else 0.0
-            )
             safe = broken.worst_m <= SAFE_M
             settled = safe or broken.worst_m <= slack + SAFE_M
-            change = (
-                abs(reference.cost - cost) / max(cost, 1e-3)
-                if settled and np.isfinite(reference.cost)
-                else 1.0
-            )
-            more = reference.instants.with_more(broken.instants)
-            step = Reference(
-                found if safe else reference.safe, more, cost if settled else reference.cost, found
-            )
-            return Step(step, change, max(slack, 0.0), {"cost_m_s": cost, "broken_m": broken.worst_m})
+            change = 1.0
+            if any_safe:
+                change = 0.0 if safe else 1.0
+            elif settled and np.isfinite(reference.cost):
+                change = abs(reference.cost - cost) / max(cost, 1e-3)
+            more = forms.fitted(filled, solution, broken.instants)
+            step = Found(found if safe else reference.safe, more, cost if settled else reference.cost, found)
+            return Step(step, change, slack, {"cost_m_s": cost, "broken_m": broken.worst_m})
 
-        return Subproblem(impulses.builder.build(), read)
+        return Subproblem(filled.problem, read)
 
-    first = Reference(None, at_nodes(approach))
-    if start is not None:
-        first = replace(first, instants=first.instants.with_more(search.broken(start).instants))
-    outcome = sequential_convex(first, linearise, solve=solve, rules=rules, callback=callback)
+    first = forms.begun(at_nodes(approach), away(approach, normals))
+    known = None if start is None else start.safe
+    if start is not None and known is not None:
+        first = forms.begun(start.instants, Instants(keep_out=search.broken(known).instants.keep_out))
+    rules = SHORT if any_safe else RULES
+    outcome = sequential_convex(Found(None, first), linearise, solve=solve, rules=rules, callback=callback)
     why = ""
     if outcome.reason is ExitReason.SUBPROBLEM_INFEASIBLE:
-        why = built[-1].builder.why(outcome.iterations[-1].solution)
+        why = built[-1].why(outcome.iterations[-1].solution)
     return Attempt(name, outcome.reason, outcome.message, outcome.iterate, outcome.iterations, why)
 
 
-def lengthened(approach: Approach, solve: Solve, callback: Callable[[Iteration], None] | None) -> Attempt:
-    """Sequences in a row, each with drifts that are looked at for longer, about the safe flight of the one before.
+def away(approach: Approach, normals: Array | None) -> Instants:
+    """For all time: seen along the track, drifts that do not come back in a revolution must not later."""
+    if normals is None or np.isfinite(approach.horizon_s):
+        return Instants()
+    along = np.flatnonzero(np.abs(normals[: approach.guarded, 1]) > 0.5).tolist()
+    return Instants(away=tuple(Instant(k, float(approach.times_s[k])) for k in along))
 
-    At first no drift reaches the keep-out. It ends with the first sequence that finds nothing safe.
+
+def lengthened(
+    approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
+) -> Attempt:
+    """Drifts that are looked at for longer and longer: at first none reaches the keep-out."""
+    steps = [replace(approach, share=share) for share in SHARES]
+    return _step_by_step(steps, forms, "drift by drift", None, solve, callback)
+
+
+def widened(
+    approach: Approach,
+    forms: Forms,
+    name: str,
+    normals: Array | None,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
+) -> Attempt:
+    """A keep-out that grows from a point, about which drifts pass with planes of these normals (K, 3) or as they come."""
+    steps = [replace(approach, narrow=narrow) for narrow in WIDTHS]
+    return _step_by_step(steps, forms, name, normals, solve, callback)
+
+
+def _step_by_step(
+    steps: Sequence[Approach],
+    forms: Forms,
+    name: str,
+    normals: Array | None,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
+) -> Attempt:
+    """Sequences in a row, each harder than the one before and about its safe flight; the last is the approach itself.
+
+    It ends with the first sequence that finds nothing safe.
     """
-    start: ImpulseProgramme | None = None
+    start: Found | None = None
     solved: list[Iteration] = []
-    for share in SHARES:
-        found = attempt(
-            replace(approach, share=share),
-            "drift by drift",
-            None,
-            solve,
-            callback,
-            start,
-            SHORT if share < 1.0 else RULES,
-        )
+    for step in steps:
+        last = step is steps[-1]
+        found = attempt(step, forms, name, normals, solve, callback, start, any_safe=not last)
         solved += found.subproblems
-        start = found.reference.safe
-        if start is None or found.reason is not ExitReason.CONVERGED:
+        start, normals = found.reference, None
+        if start.safe is None or (not last and found.reason is not ExitReason.CONVERGED):
             found = replace(found, reference=replace(found.reference, safe=None))
             break
     return replace(found, subproblems=tuple(solved))
 
 
-def lower_bound(approach: Approach, instants: Instants, solve: Solve) -> tuple[float | None, Iteration]:
-    """Below the cost of every programme at these instants, keep-out and speed limit left out, for they are not convex; and
-    the solve. None where it was not solved."""
-    without = replace(instants, keep_out=(), speed=())
-    problem = assemble(approach, without, None).builder.build()
-    solution = solve(problem, Settings(tol=1e-8))
-    row = Iteration(1, 1e-8, problem, solution)
-    return (solution.dual_objective if solution.status is Status.SOLVED else None), row
+def solve_convex(
+    approach: Approach, forms: Forms, instants: Instants, solve: Solve
+) -> tuple[Filled, Iteration]:
+    """The problem without keep-out about straight lines: the first flight, or, with the speed limit left out too, which is not
+    convex either, the one whose dual objective is below the cost of every programme at these instants."""
+    filled = forms.form.filled(
+        instants.without("keep_out", "away"), Reference(approach, None, None), None, None
+    )
+    return filled, Iteration(1, 1e-8, filled.problem, solve(filled.problem, Settings(tol=1e-8)))
 
 
 def cost_of(approach: Approach, programme: ImpulseProgramme) -> float:

@@ -1,13 +1,14 @@
 """Aborts: at every instant, whether the drift is safe by itself, and the smallest impulse that makes it so.
 
 A drift is safe if it stays off the target's body, and, once it is outside the keep-out, stays outside for the scenario's orbits.
-Inside the corridor it begins inside. The impulse lies in the orbital plane: directions and sizes of a grid, the size then
-looked at more closely; what is told has been judged on chords of a fine drift with their bends.
+Inside the corridor it begins inside. The impulse lies in the orbital plane and has a bound (`least_abort`); what is told has been
+judged on chords of a fine drift with their bends.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,28 +16,26 @@ import numpy as np
 from orbsoc.orbit.array import Array
 
 from ..model.approach import AN_ORBIT, Approach
+from .least_abort import Places, least_abort
 from .linear import LIMIT_M, Arc, bends, chord_lengths
 
-DIRECTIONS = 24
-SIZES = 12
-STEPS = 6
-"""From one size to the next, that are looked at once a size will do."""
 EACH = 2
 """Of the common instants each second ends a chord on which a drift is judged."""
-COARSE = 6
-"""Of these, each sixth is looked at for each impulse of the grid, from the first quarter of an orbit on."""
+EARLY, LATER, FINER = 0.2, 3, 2
+"""Of an orbit, for which each of these is looked at for every square of impulses, or more; later each third."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Abort:
     """At an instant: the state (6,), by how much the drift is safe by itself, m, the impulse (3,) that makes it safe, zero
-    where none is needed and None where none was found, and by how much it is then."""
+    where none is needed and None where none was found, by how much it is then, and what every one that does is at least."""
 
     time_s: float
     state: Array
     drift_margin_m: float
     dv_m_s: Array | None
     margin_m: float
+    at_least_m_s: float = 0.0
 
     @property
     def safe(self) -> bool:
@@ -55,6 +54,7 @@ class Abort:
             "drift_margin_m": self.drift_margin_m,
             "dv_m_s": None if self.dv_m_s is None else self.dv_m_s.tolist(),
             "margin_m": self.margin_m if self.dv_m_s is not None else None,
+            "at_least_m_s": self.at_least_m_s,
         }
 
 
@@ -96,6 +96,22 @@ class Judge:
         rows = self._table[first : last + 1] @ self.approach.motion.transition(0.0, t_s)
         return np.append(0.0, self._times[first : last + 1] - t_s), np.concatenate([np.eye(6)[None], rows])
 
+    def _looked_at(self, t_s: float) -> Array:
+        """From the state at an instant to the places (M, 3, 6) at which impulses are looked at: more of them soon after it."""
+        if self.approach.circular:
+            return self._fine
+        transitions = self._transitions(t_s)[1][:, :3]
+        early = int(EARLY * AN_ORBIT / EACH)
+        return np.concatenate([transitions[:early], transitions[early::LATER], transitions[-1:]])
+
+    @cached_property
+    def _fine(self) -> Array:
+        period = self.approach.period_s
+        soon = np.arange(0.0, EARLY * period, period / (FINER * AN_ORBIT))
+        late = np.arange(EARLY * period, self.horizon_s, LATER * EACH * period / AN_ORBIT)
+        times = np.concatenate([soon, late, [self.horizon_s]])
+        return self.approach.transitions(times, np.zeros_like(times))[:, :3]
+
     def judged(self, t_s: float, state: Array) -> float:
         """Below by how much the drift from a state (6,) at a time is safe, m, on chords with their bends."""
         approach, (times, transitions) = self.approach, self._transitions(t_s)
@@ -114,37 +130,8 @@ class Judge:
         here = self.judged(t_s, state)
         if here >= -LIMIT_M:
             return Abort(t_s, state, here, np.zeros(3), here)
-        transitions = self._transitions(t_s)[1][:, :3]
-        early = AN_ORBIT // EACH // 4
-        transitions = np.concatenate([transitions[:early], transitions[early::COARSE]])
-        most = self.approach.scenario.safety.abort_m_s
-        angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-        ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=1)
-        sizes = np.geomspace(min(0.01, 0.1 * most), most, SIZES)
-        tried = (sizes[:, None, None] * ways).reshape(-1, 3)
-        margins = self._sampled(transitions, state, tried).reshape(SIZES, DIRECTIONS)
-        for k in np.flatnonzero((margins > 0.0).any(axis=1)).tolist():
-            for way in ways[np.argsort(-margins[k])[: min(3, int((margins[k] > 0.0).sum()))]]:
-                high = float(sizes[k])
-                margin = self.judged(t_s, kicked(state, high * way))
-                if margin < 0.0:
-                    continue
-                steps = np.linspace(float(sizes[k - 1]) if k else 0.0, high, STEPS + 1)[1:-1]
-                fine = self._sampled(transitions, state, steps[:, None] * way)
-                for size in steps[fine > 0.0][:2].tolist():
-                    less = self.judged(t_s, kicked(state, size * way))
-                    if less >= 0.0:
-                        return Abort(t_s, state, here, size * way, less)
-                return Abort(t_s, state, here, high * way, margin)
-        return Abort(t_s, state, here, None, -np.inf)
-
-    def _sampled(self, transitions: Array, state: Array, dv: Array) -> Array:
-        """By how much drifts after impulses (B, 3) are safe, m, at the samples (M,) of transitions (M, 3, 6)."""
-        approach = self.approach
-        kicks = (transitions[:, :, 3:].reshape(-1, 3) @ dv.T).reshape(len(transitions), 3, -1)
-        places = np.moveaxis((transitions @ state)[:, :, None] + kicks, 1, 2)
-        sizes, ranges = approach.size(places), np.linalg.norm(places, axis=2)
-        body = ranges.min(axis=0) - approach.scenario.keep_out.body_m
-        been = np.logical_or.accumulate(sizes >= 1.0, axis=0)
-        later = np.where(been.any(axis=0), np.where(been, sizes, np.inf).min(axis=0), 0.0)
-        return np.asarray(np.minimum(body, approach.axes_m.min() * (later - 1.0) + 1e-9))
+        keep_out = self.approach.scenario.keep_out
+        places = Places(self._looked_at(t_s), state, self.approach.axes_m, keep_out.body_m)
+        largest = self.approach.scenario.safety.abort_m_s
+        least = least_abort(places, lambda dv: self.judged(t_s, kicked(state, dv)), largest)
+        return Abort(t_s, state, here, least.dv_m_s, least.margin_m, least.at_least_m_s)

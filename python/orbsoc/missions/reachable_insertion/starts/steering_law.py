@@ -127,6 +127,8 @@ def corrected(
         both = rows(x + tuning.STEP * sides)
         jacobian = (both[:unknowns] - both[unknowns:]).T / (2.0 * tuning.STEP)
         left, sizes, right = np.linalg.svd(jacobian / scale, full_matrices=False)
+        if not sizes[0] > 0.0:
+            break  # no step moves any condition
         inverse = right.T @ (left / np.maximum(sizes, 1e-12 * sizes[0])).T
         step = -inverse @ found / scale
         step /= max(1.0, float(np.abs(step).max()) / tuning.LONGEST_STEP)
