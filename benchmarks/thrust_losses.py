@@ -32,7 +32,7 @@ SCENARIOS = Path(__file__).parents[1] / "scenarios"
 SEED = 77
 TIMING = Timing(0.1)
 CHECKED = 5
-"""One proof in so many is held against the search on the ground."""
+"""One proof in this number is held against the search on the ground."""
 
 
 def vehicles() -> list[mission.Scenario]:

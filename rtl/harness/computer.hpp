@@ -122,6 +122,7 @@ class Computer {
   }
 
   bool interrupt() const { return dut.irq; }
+  uint32_t identity() const { return uint32_t(Built::IDENTITY); }
   uint32_t counted() const { return dut.cycles; }  // by the engine's own counter
 
   // Fetch gaps: one step of a xorshift per cycle in which fetch is wanted.
