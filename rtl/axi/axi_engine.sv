@@ -78,7 +78,7 @@ module axi_engine #(
   localparam logic [31:0] SIZES_WORD = {16'(CODE_WIDTH), 8'(CODE_BITS), 8'(ADDRESS_BITS)};
 
   localparam logic [31:0] IDENTITY_WORD /*verilator public*/ =
-      contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS, SEQUENCER == 1 ? 1 : 0);
+      axi_contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS, SEQUENCER == 1 ? 1 : 0);
 
   logic engine_reset, bus_write, bus_read, host_write, host_read, code_write, template_write;
   logic [15:0] bus_address;

@@ -17,8 +17,6 @@ module engine #(
     parameter int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96,
     parameter int FETCH = 32 << $clog2(ITEM_LINES > LANES ? ITEM_LINES : LANES),
     parameter int CODE_WIDTH /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH,
-    parameter logic [31:0] IDENTITY /*verilator public*/ =
-        contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS, SEQUENCER == 1 ? 1 : 0),
     parameter int TEMPLATES /*verilator public*/ = 1 << contract::TEMPLATE_BITS,
     parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
     parameter int RULES /*verilator public*/ = 8

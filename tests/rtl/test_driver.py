@@ -370,7 +370,7 @@ def test_the_rtl_has_the_same_identities(identities: list[int], tmp_path: Path) 
     names = ("fp", "lanes", "dividers", "banks", "clusters", "address_bits")
     own = {"fp": 64, "lanes": 4, "dividers": 1, "banks": 16, "clusters": 1, "address_bits": 12}
     shows = "".join(
-        f'    $display("%h", contract::identity({", ".join(str((own | shape)[name]) for name in names)}, {int(form == "compressed")}));\n'
+        f'    $display("%h", axi_contract::identity({", ".join(str((own | shape)[name]) for name in names)}, {int(form == "compressed")}));\n'
         for shape, form in SHAPES
     )
     (tmp_path / "shown.sv").write_text(
@@ -386,7 +386,7 @@ def test_the_rtl_has_the_same_identities(identities: list[int], tmp_path: Path) 
         "--Mdir",
         tmp_path / "made",
     ]
-    subprocess.run([*command, RTL / "contract.sv", tmp_path / "shown.sv"], check=True, capture_output=True)
+    subprocess.run([*command, RTL / "contract.sv", RTL / "axi" / "axi_contract.sv", tmp_path / "shown.sv"], check=True, capture_output=True)
     done = subprocess.run([tmp_path / "made" / "Vshown"], check=True, capture_output=True, text=True)
     assert [int(line, 16) for line in done.stdout.split() if len(line) == 8] == identities
 

@@ -9,7 +9,7 @@ const BASIS: u32 = 0x811c_9dc5;
 const PRIME: u32 = 16_777_619;
 
 impl Configuration {
-    /// The RTL's own number of this engine (`contract::identity`): FNV-1a over whole words. Two engines that differ in one
+    /// The RTL's own number of this engine (`axi_contract::identity`): FNV-1a over whole words. Two engines that differ in one
     /// of them never have the same. The latencies are the RTL's, also where a test schedules for wrong ones.
     pub fn identity(&self, compressed: bool) -> u32 {
         let timing = Timing::of(self.precision);

@@ -82,7 +82,7 @@ impl Timing {
         }
     }
 
-    /// What of it a program depends on, in the order of the RTL's `contract::identity`.
+    /// What of it a program depends on, in the order of the RTL's `axi_contract::identity`.
     pub fn contract(&self) -> [u32; 15] {
         [
             self.add,
