@@ -117,6 +117,7 @@ class Difference:
                 "energy_mj": self.a_energy.nominal_mj,
                 "fits": self.a_area.fits,
                 "area": self.a_area.by_kind(),
+                "storage_words": self.a_area.storage_words,
                 **self.a_loading.row(),
             },
             "b": {
@@ -125,6 +126,7 @@ class Difference:
                 "energy_mj": self.b_energy.nominal_mj,
                 "fits": self.b_area.fits,
                 "area": self.b_area.by_kind(),
+                "storage_words": self.b_area.storage_words,
                 **self.b_loading.row(),
             },
             "moved": list(self.moved),
