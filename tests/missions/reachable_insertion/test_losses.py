@@ -10,12 +10,13 @@ import pytest
 from orbsoc.fly.computer import Computer
 from orbsoc.fly.loop import Flight, Timing, fly
 from orbsoc.fly.solver import OnboardSolver
+from orbsoc.guidance.scenario_file import checked
 from orbsoc.guidance.verdict import Question, Word
 from orbsoc.missions import reachable_insertion as mission
 from orbsoc.missions.reachable_insertion.flight.loop import InsertionLoop
 from orbsoc.missions.reachable_insertion.flight.warm import Belief
 from orbsoc.missions.reachable_insertion.model.highest_perigee import perigee_gradient, perigee_radius
-from orbsoc.orbit import EARTH
+from orbsoc.orbit import EARTH, rotate_state
 from orbsoc.orbit.array import Array
 
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "rec1_dry.toml"
@@ -142,6 +143,22 @@ def test_what_is_proved_out_of_reach_no_search_reaches() -> None:
         belief = believed(loop)
         assert loop.losses.proof(belief) is not None
         assert not mission.plan(loop.losses.scenario_of(belief, "target")).verified
+
+
+def test_a_scenario_told_in_eci_flies_to_the_same_orbit() -> None:
+    exact = {"position_m": 0.0, "velocity_m_s": 0.0}
+    scenario = mission.load_scenario(SCENARIO).with_changes(guidance=exact)
+    turned = {
+        key: rotate_state(scenario.eci_rotation, getattr(scenario, key).vector()).tolist()
+        for key in ("initial", "target")
+    }
+    vectors = {key: {"position_m": x[:3], "velocity_m_s": x[3:]} for key, x in turned.items()}
+    document = scenario.model_dump() | vectors | {"axes": "eci", "launch_site": None}
+    other = checked(mission.Scenario, document, source="in ECI")
+    ends = [flown(InsertionLoop.of(each, OnboardSolver())).outcome for each in (scenario, other)]
+    assert ends[0]["on_target"] == ends[1]["on_target"] == 1.0
+    assert ends[0]["propellant_kg"] == pytest.approx(ends[1]["propellant_kg"], rel=1e-3)
+    assert ends[0]["perigee_km"] == pytest.approx(ends[1]["perigee_km"], abs=0.05)
 
 
 def test_another_order_of_preference_is_kept() -> None:

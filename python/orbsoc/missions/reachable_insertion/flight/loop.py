@@ -57,7 +57,7 @@ class InsertionLoop:
     def of(cls, scenario: Scenario, solve: Solve) -> InsertionLoop:
         """Plan on the ground. Raises ScenarioError where there is no loop for the scenario, or no plan to fly."""
         complaints = [
-            Complaint(key, "", f"{allowed}; so does its flight in a closed loop")
+            Complaint(key, "", f"a flight in a closed loop {allowed}")
             for is_wrong, key, allowed in what_it_has_not(scenario)
             if is_wrong
         ]

@@ -36,6 +36,8 @@ from .warm import Belief, WarmPlanner
 
 ON_BOARD = ("thrust along the velocity", "a law flown onto the orbit")
 """Strategies of the search on the ground that are tried on board; the others take seconds where these do not succeed."""
+FINER = 1.5
+"""Of the scenario's nodes, those of the finest grid on board: two patterns are loaded, and one that is refined further stays unverified."""
 PERIGEE_RULES = Rules(step_tol=1e-6, max_iterations=8)
 
 
@@ -177,6 +179,9 @@ class Losses:
             "mass_flow_kg_s": engine.flow_kg_s,
         }
         document["burn"] = {"duration_s": 0.9 * belief.longest_s}
+        nodes = scenario.method.nodes
+        finest = min(scenario.method.max_nodes, int(np.ceil(FINER * nodes)))
+        document["method"] = scenario.method.model_dump() | {"max_nodes": finest}
         if goal == "energy":
             document |= {"problem": "max_energy", "burn": {"duration_s": 0.999 * belief.longest_s}}
             safe_km = scenario.guidance.safe_perigee_km
