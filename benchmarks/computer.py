@@ -23,9 +23,9 @@ from hw_model.area.budget import budget
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report.bands import band_of
+from hw_model.report.run import durations_of
 from hw_model.report.study import Study
 from hw_model.timing.actions import actions_of
-from hw_model.timing.durations import Durations
 from hw_model.timing.ps import PRICES
 from hw_model.timing.timeline import lay_out, makespan_picoseconds, tally_of
 from hw_model.vocabulary import PICOSECONDS_PER_MS
@@ -107,14 +107,14 @@ class Ordered:
         trace, split = self.work.trace, self.partitions[name]
         if not budget(trace, platform, split, self.cycles).fits:
             return math.inf
-        durations = Durations(trace, platform, split, self.cycles)
+        durations = durations_of(trace, platform, split, self.cycles)
         return (
             makespan_picoseconds(self.actions[name], durations, tally=self.tallies[name]) / PICOSECONDS_PER_MS
         )
 
     def bound(self, platform: Platform, name: str) -> str:
         """The two causes that take most of the time."""
-        durations = Durations(self.work.trace, platform, self.partitions[name], self.cycles)
+        durations = durations_of(self.work.trace, platform, self.partitions[name], self.cycles)
         causes = {
             cause: ps for (cause,), ps in lay_out(self.actions[name], durations, name).totals("cause").items()
         }

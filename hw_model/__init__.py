@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition, load_partition, partition_names
     from hw_model.platform.platform import Platform, load_platform, platform_names
+    from hw_model.report.run import simulate
     from hw_model.report.speedup import Report, speedup
     from hw_model.timing.jitter import Distribution, distribution
-    from hw_model.timing.timeline import Segment, Timeline, simulate
+    from hw_model.timing.timeline import Segment, Timeline
     from hw_model.timing.trace import Trace, load_trace, parse_trace
 
     from .errors import HwModelError, PartitionError, PlatformError, TraceError
@@ -29,8 +30,9 @@ _NAMES = {
     "timing.jitter": ("Distribution", "distribution"),
     "platform.partition": ("Partition", "load_partition", "partition_names"),
     "platform.platform": ("Platform", "load_platform", "platform_names"),
+    "report.run": ("simulate",),
     "report.speedup": ("Report", "speedup"),
-    "timing.timeline": ("Segment", "Timeline", "simulate"),
+    "timing.timeline": ("Segment", "Timeline"),
     "timing.trace": ("Trace", "load_trace", "parse_trace"),
 }
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}

@@ -45,7 +45,10 @@ def _line(complaint: Mapping[str, Any], model: type[BaseModel]) -> str:
     message = str(complaint["msg"]).removeprefix("Value error, ")
     if kind == "missing":
         return f"`{key}` is missing; required here: {_fields(model, loc[:-1])}"
+    key = key.removesuffix(".value")  # as a setting says it
     value = _short(complaint["input"])
+    if kind == "model_type":
+        return f'`{key}` = {value}: must be a table, such as {{ value = {value}, tag = "assumed", source = "why" }}'
     if kind == "extra_forbidden":
         return f"`{key}` = {value} is not a known key; allowed here: {_fields(model, loc[:-1])}"
     if kind == "value_error":

@@ -63,9 +63,11 @@ if [ ! -x "$built" ]; then
       objects="$work/orbsoc.o"
       "${CC:-cc}" -std=c11 -O1 -Wall -Wextra -Wpedantic -Werror -ffreestanding -DORBSOC_EXTERNAL_ACCESS -c "$here/driver/orbsoc.c" -o "$objects" || return 1
     fi
+    # The numbers of latency.svh and engine.svh for the harness.
+    cat "$here/latency.svh" "$here/engine.svh" | sed -n 's/^localparam int \([A-Z0-9_]*\) = \([0-9]*\);.*/constexpr int \1 = \2;/p' >"$work/contract.hpp"
     # shellcheck disable=SC2086  # the lists are meant to be split
     verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" $split $traced "$@" \
-      --top-module "$module" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver" --Mdir "$work/model" -o "$work/$top" \
+      --top-module "$module" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver -I$work" --Mdir "$work/model" -o "$work/$top" \
       "$here/contract.sv" "$here"/fpu/*.sv $sources $objects &&
       { [ ! -d "$runtime" ] || cp "$runtime"/*.o "$work/model"; } &&
       make -C "$work/model" -f "V$module.mk" -j "$(getconf _NPROCESSORS_ONLN)" VM_PARALLEL_BUILDS=$parallel OPT_FAST="$fast" OPT_GLOBAL=-O1

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.timing.control_program import segments_on_pl, streams_of
 from hw_model.timing.groups import require_groups
+from hw_model.timing.programs import NONE, Programs, changes_of, program_of
 from hw_model.timing.stage_cycles import Microcode, Origin, StageCycles, estimated, of_program
 from hw_model.timing.stream import is_streamed
 
@@ -65,7 +66,8 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """An engine in a device. Storage and microcode are those of the largest pattern, storage of one replica.
+    """An engine in a device. Storage is that of the largest pattern, of one replica; microcode that of the programs that stay, and of
+    the largest of those that share a place.
 
     `microcode_bits` are stored, `microcode_flat_bits` what they stand for; `microcode_origin` says whether they were
     counted ("schedule") or assumed ("estimate").
@@ -78,6 +80,8 @@ class Budget:
     microcode_flat_bits: int
     microcode_origin: Origin
     microcode_bram36: int
+    programs: Programs
+    """What is loaded of each pattern, and which stays."""
 
     @property
     def fits(self) -> bool:
@@ -97,6 +101,13 @@ class Budget:
             return f"the engine fits, {self.tightest.kind} at {share:.0f} % of its ceiling"
         return f"the engine does NOT FIT: {self.tightest.kind} at {share:.0f} % of its ceiling"
 
+    def by_kind(self) -> dict[str, dict[str, float]]:
+        """Of each kind what is taken, what there is, and the ceiling: for a report's data."""
+        return {
+            use.kind: {"used": use.used, "available": use.available, "ceiling": use.ceiling}
+            for use in self.uses
+        }
+
     def of(self, kind: Kind) -> Use:
         """The row of one kind."""
         return next(use for use in self.uses if use.kind == kind)
@@ -105,52 +116,80 @@ class Budget:
 def budget(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated) -> Budget:
     """What the engine of `platform` takes with the segments and buffers of `partition`; nothing without a PL.
 
-    Patterns are loaded one at a time: storage and microcode are those of the largest, storage that of all interleaved
-    problems. Raises HwModelError for an engine that rtl/ cannot be, and for a partition that interleaves none.
+    Storage is that of the largest pattern, and of all interleaved problems. Of the patterns' programs as many stay in the
+    microcode memory as fit, those first that are asked for most often; the others are loaded one at a time.
+    Raises HwModelError for an engine that rtl/ cannot be, and for a partition that interleaves none.
     """
     if partition.uses_pl:
         require_buildable(platform.pl)
     require_groups(platform, partition)
-    area, pl, there, fabric = platform.area, platform.pl, platform.resources, fabric_of(platform.area)
     storage, rows = _storage(trace, platform, partition, cycles)
+    if not partition.uses_pl:
+        return Budget(_uses(platform, Counter()), storage, 0, 0, 0, "estimate", 0, NONE)
     shape = engine_shape(trace, platform, partition, cycles)
-    packed = pl.microcode_format.value == "compressed"
-    wide = line_bits(shape) if packed else shape.microcode_bits
-    code = max(
-        (_stored(trace, platform, partition, p, cycles, shape, wide) for p in range(len(trace.patterns))),
-        key=lambda found: found.lines,
-        default=_NOTHING,
-    )
-    used: Counter[Kind] = Counter()
-    coded = stored = 0.0
-    if partition.uses_pl:
-        streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
-        readers = pl.stream_ports.value if streamed else 0
-        lines = code.lines + (2 * -(-8 * pl.stream_buffer_bytes.value // wide) if streamed else 0)
-        if pl.microcode_memory.value == "ultra_ram":
-            used["uram"] += uram(lines, wide)
-        else:
-            coded = fabric.bram36(lines, wide)
-        if pl.storage_memory.value == "ultra_ram":
-            blocks, stored, chosen = storage_in_uram(shape, fabric, rows)
-            used["uram"] += blocks
-            used["lut"] += chosen
-        else:
-            stored = storage_bram36(shape, fabric, rows)
-        used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
-        used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, code.lines))))
-        used["ff"] += decoder_flip_flops(shape, area) if packed else 0
-        used["lut"] += readers * area.lut_stream.value
-        used["ff"] += readers * area.ff_stream.value
-        used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
-        used["bram36"] = math.ceil(stored + coded)
-        if partition.control == "pl":
-            used.update({kind: math.ceil(more) for kind, more in fabric.attempt.items()})
-    uses = tuple(
+    compressed = platform.pl.microcode_format.value == "compressed"
+    wide = line_bits(shape) if compressed else shape.microcode_bits
+    numbers = range(len(trace.patterns))
+    codes = [_stored(trace, platform, partition, p, cycles, shape, wide) for p in numbers]
+    each = tuple(program_of(trace, partition, code.lines, wide, compressed=compressed) for code in codes)
+    changes = changes_of(trace)
+    wanted = sorted(numbers, key=lambda p: (-changes[p], -codes[p].lines, p))
+    found: Budget | None = None
+    for staying in range(len(wanted), -1, -1):
+        if staying == len(wanted) - 1:
+            continue  # the last one has its place for itself
+        stays, others = wanted[:staying], wanted[staying:]
+        largest = max(others, key=lambda p: codes[p].lines, default=None)
+        code = _together([codes[p] for p in (*stays, *([] if largest is None else [largest]))])
+        used, coded = _used(platform, partition, shape, rows, code.lines, wide)
+        programs = Programs(each, tuple(sorted(stays)), changes)
+        bits = (code.words, code.bits, code.flat_bits, code.origin, math.ceil(coded))
+        found = Budget(_uses(platform, used), storage, *bits, programs)
+        if found.fits:
+            break
+    assert found is not None  # a trace has a pattern
+    return found
+
+
+def _uses(platform: Platform, used: Counter[Kind]) -> tuple[Use, ...]:
+    there, area = platform.resources, platform.area
+    return tuple(
         Use(kind, used[kind], getattr(there, kind).value, getattr(area, f"{kind}_ceiling").value)
         for kind in KINDS
     )
-    return Budget(uses, storage, code.words, code.bits, code.flat_bits, code.origin, math.ceil(coded))
+
+
+def _used(
+    platform: Platform, partition: Partition, shape: Shape, rows: int | None, lines: int, wide: int
+) -> tuple[Counter[Kind], float]:
+    """What an engine takes with `lines` of microcode of `wide` bits on the chip, and the BRAM36 of these alone."""
+    area, pl, fabric = platform.area, platform.pl, fabric_of(platform.area)
+    packed = pl.microcode_format.value == "compressed"
+    used: Counter[Kind] = Counter()
+    coded = stored = 0.0
+    streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
+    readers = pl.stream_ports.value if streamed else 0
+    buffered = lines + (2 * -(-8 * pl.stream_buffer_bytes.value // wide) if streamed else 0)
+    if pl.microcode_memory.value == "ultra_ram":
+        used["uram"] += uram(buffered, wide)
+    else:
+        coded = fabric.bram36(buffered, wide)
+    if pl.storage_memory.value == "ultra_ram":
+        blocks, stored, chosen = storage_in_uram(shape, fabric, rows)
+        used["uram"] += blocks
+        used["lut"] += chosen
+    else:
+        stored = storage_bram36(shape, fabric, rows)
+    used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
+    used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
+    used["ff"] += decoder_flip_flops(shape, area) if packed else 0
+    used["lut"] += readers * area.lut_stream.value
+    used["ff"] += readers * area.ff_stream.value
+    used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
+    used["bram36"] = math.ceil(stored + coded)
+    if partition.control == "pl":
+        used.update({kind: math.ceil(more) for kind, more in fabric.attempt.items()})
+    return used, coded
 
 
 def engine_shape(
@@ -208,7 +247,7 @@ def _words(pattern: Pattern, buffers: Iterable[str]) -> int:
 
 
 class _Code(NamedTuple):
-    """The microcode of one pattern's segments."""
+    """The microcode of one pattern's segments, or of several patterns'."""
 
     words: int
     bits: int
@@ -217,7 +256,15 @@ class _Code(NamedTuple):
     origin: Origin
 
 
-_NOTHING = _Code(0, 0, 0, 0, "estimate")
+def _together(codes: list[_Code]) -> _Code:
+    """Several programs side by side."""
+    return _Code(
+        sum(code.words for code in codes),
+        sum(code.bits for code in codes),
+        sum(code.flat_bits for code in codes),
+        sum(code.lines for code in codes),
+        codes[0].origin,
+    )
 
 
 def _stored(

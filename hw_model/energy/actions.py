@@ -80,6 +80,11 @@ def work_counts(work: Work, durations: Durations, microcode_word_bits: int, know
         counts["microcode_bit"] += stored.bits if stored and exact else found.cycles * microcode_word_bits
     elif work.kind == "copy":
         counts["beat"] += -(-durations.size_bytes(work) // BEAT_BYTES)
+    elif work.kind == "load":
+        if durations.loaded.each:
+            program = durations.loaded.each[work.pattern]
+            counts["beat"] += -(-durations.loaded.written(work.pattern) // BEAT_BYTES)
+            counts["register_access"] += program.register_writes + program.word_stores
     elif work.kind not in ("compute", "build", "outer"):
         buffers = len(durations.trace.patterns[work.pattern].buffers)
         confirm = link.status_register_reads.value - (-buffers // link.flags_per_register.value)

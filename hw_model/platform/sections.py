@@ -140,12 +140,17 @@ class Pl(Section):
     are streamed, those of the iteration lie in block RAM. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
     or as many as the schedules need ("exact").
 
+    `load_bytes_per_cycle`: of microcode that the engine's slave takes, whatever the link brings.
+
     `interleaved`: problems of one pattern that every segment works on at once, each with words of its own (timing/groups.py).
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
-        {"clock_mhz", "lanes", "dividers", "overlap_exponent", "stream_bytes_per_cycle", "stream_ports"}
-    )
+        {
+            "clock_mhz", "lanes", "dividers", "overlap_exponent", "stream_bytes_per_cycle", "stream_ports",
+            "load_bytes_per_cycle",
+        }
+    )  # fmt: skip
 
     clock_mhz: Parameter[PlClock]
     lanes: Parameter[Units]
@@ -161,6 +166,11 @@ class Pl(Section):
     stream_buffer_bytes: Parameter[Bytes]
     stream_ports: Parameter[Units]
     stream_start_us: Parameter[Duration]
+    load_bytes_per_cycle: Parameter[Rate] = Parameter(
+        value=6.4,
+        tag="measured",
+        source="rtl/axi in simulation: 16 beats of 8 bytes in 20 clocks (docs/driver.md, Timing)",
+    )
     interleaved: Parameter[Units] = Parameter(
         value=1, tag="assumed", source="design input: one problem at a time"
     )

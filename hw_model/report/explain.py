@@ -6,15 +6,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hw_model.area.budget import Budget, budget
 from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.timing.actions import actions_of
-from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import StageCycles, estimated
-from hw_model.timing.timeline import Timeline, simulate
+from hw_model.timing.timeline import Timeline
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import ACCOUNTS, CAUSES, Cause, Module
 
 from .bands import corners_of
+from .loading import Loading, loading
+from .run import durations_of, simulate
 from .speedup import ESTIMATED_WORDS
 from .usage import EXPLAIN_USAGE, is_scheduled, why_ignored
 
@@ -50,6 +52,10 @@ class Difference:
     """Modules that are on another side."""
     a_energy: EnergyUse
     b_energy: EnergyUse
+    a_area: Budget
+    b_area: Budget
+    a_loading: Loading
+    b_loading: Loading
     estimated: bool
     """Whether cycles of the PL are estimated on either side."""
 
@@ -70,6 +76,14 @@ class Difference:
         return (
             f"modelled: {self.b} takes {self.b_picoseconds / 1e9:.3f} ms, {self.a} {self.a_picoseconds / 1e9:.3f} ms:"
             f" {change / 1e9:+.3f} ms ({self.a_picoseconds / self.b_picoseconds:.2f}×), of which {cause} is {part / 1e9:+.3f} ms"
+        )
+
+    @property
+    def computer_lines(self) -> tuple[str, ...]:
+        """Whether each engine fits, and what loading its programs takes."""
+        sides = (("A", self.a_area, self.a_loading), ("B", self.b_area, self.b_loading))
+        return tuple(
+            f"{name}: {area.words}; {loaded.words}" for name, area, loaded in sides if loaded.patterns
         )
 
     @property
@@ -97,8 +111,24 @@ class Difference:
             "provenance": "modelled",
             "headline": self.headline,
             "energy_line": self.energy_line,
-            "a": {"name": self.a, "time_ms": self.a_picoseconds / 1e9, "energy_mj": self.a_energy.nominal_mj},
-            "b": {"name": self.b, "time_ms": self.b_picoseconds / 1e9, "energy_mj": self.b_energy.nominal_mj},
+            "a": {
+                "name": self.a,
+                "time_ms": self.a_picoseconds / 1e9,
+                "energy_mj": self.a_energy.nominal_mj,
+                "fits": self.a_area.fits,
+                "area": self.a_area.by_kind(),
+                "storage_words": self.a_area.storage_words,
+                **self.a_loading.row(),
+            },
+            "b": {
+                "name": self.b,
+                "time_ms": self.b_picoseconds / 1e9,
+                "energy_mj": self.b_energy.nominal_mj,
+                "fits": self.b_area.fits,
+                "area": self.b_area.by_kind(),
+                "storage_words": self.b_area.storage_words,
+                **self.b_loading.row(),
+            },
             "moved": list(self.moved),
             "parameters": [{"key": key, "a": one, "b": other} for key, one, other in self.parameters],
             "by_cause_ms": {cause: _ms(pair) for cause, pair in self.by_cause.items()},
@@ -124,6 +154,7 @@ def explain(
     moved = tuple(name for name, side in a.partition.modules.items() if b.partition.modules[name] != side)
     causes, modules = _pairs(one, other, "cause"), _pairs(one, other, "module")
     both = _pairs(one, other, "module", "cause")
+    here, there = (budget(checked, side.platform, side.partition, cycles) for side in (a, b))
     return Difference(
         a.name,
         b.name,
@@ -136,6 +167,10 @@ def explain(
         moved,
         _energy(checked, a, cycles),
         _energy(checked, b, cycles),
+        here,
+        there,
+        loading(a.platform, here.programs),
+        loading(b.platform, there.programs),
         any(
             side.partition.uses_pl and not is_scheduled(checked, side.partition, side.platform, cycles)
             for side in (a, b)
@@ -145,7 +180,8 @@ def explain(
 
 def _energy(trace: Trace, side: Configuration, cycles: StageCycles) -> EnergyUse:
     """Over the corners of the assumed bands."""
-    corners = [Durations(trace, corner, side.partition, cycles) for corner in corners_of(side.platform)]
+    nominal = durations_of(trace, side.platform, side.partition, cycles)
+    corners = [nominal.on(corner) for corner in corners_of(side.platform)]
     return energy_use(corners, counter_of(actions_of(trace, side.partition), side.partition))
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from hw_model.energy.joules import EnergyUse
 
     from .assumptions import Assumption
+    from .baselines import Beside
     from .rows import CopyRow, IterationRow, ModuleRow, SolveRow, StageRow
 
 _FEW_ITERATIONS = 40
@@ -44,6 +45,22 @@ def assumption_table(rows: Iterable[Assumption]) -> str:
                 row.source,
             )
             for row in used
+        ],
+    )
+
+
+def beside_table(rows: Sequence[Beside]) -> str:
+    """The gain over the processor alone at each price of its work, and its energy."""
+    prices = [price for price, _ in rows[0].gains] if rows else []
+    return _table(
+        ("beside", *(f"times as fast, by {price}" for price in prices), "its energy, mJ a run"),
+        [
+            (
+                row.what,
+                *(f"{gain:.2f}" for _, gain in row.gains),
+                f"{row.energy_mj.nominal:.2f} ({row.energy_mj.low:.2f}–{row.energy_mj.high:.2f})",
+            )
+            for row in rows
         ],
     )
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 from hw_model.platform.parameter import Parameter
 from hw_model.platform.partition import load_partition
 from hw_model.timing.actions import actions_of
-from hw_model.timing.durations import Durations
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import makespan_picoseconds
 
 from .bands import Band
+from .run import durations_of
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -58,7 +58,7 @@ def speedup_quantiles(
 ) -> Band:
     """The speedup's 5 %, 50 % and 95 % quantiles over `draws` platforms, at the platform's price of the PS's work."""
     split, alone = partition, load_partition("all_ps")
-    runs = [(actions_of(trace, each), Durations(trace, platform, each, cycles)) for each in (alone, split)]
+    runs = [(actions_of(trace, each), durations_of(trace, platform, each, cycles)) for each in (alone, split)]
     source = random.Random(seed)
     found: list[float] = []
     for _ in range(draws):

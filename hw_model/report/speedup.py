@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
+from hw_model.area.budget import Budget, budget
 from hw_model.energy.joules import EnergyUse, counter_of, energy_use
 from hw_model.errors import HwModelError
 from hw_model.platform.partition import BEST
@@ -22,8 +23,10 @@ from hw_model.vocabulary import CAUSES, PICOSECONDS_PER_MS, Cause, Datapath, Sid
 from . import markdown
 from .assumptions import Assumption, assumptions
 from .bands import Band, band_of, corners_of
+from .baselines import Beside, baselines, without_pl
 from .best import chosen_partition
 from .bottleneck import bottleneck_of
+from .loading import Loading, loading
 from .prices import at_each_price
 from .rows import (
     CopyRow,
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
 
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
+    from hw_model.timing.programs import Programs
     from hw_model.timing.trace import Trace
 
 Verdict = Literal["PASS", "FAIL", "MARGINAL"]
@@ -56,7 +60,6 @@ ASSUMED_GENERATION = (
 NOT_MODELLED = (
     "No contention between PS and PL for memory beyond the jitter's bound.",
     "Copies inside a stage are free unless the trace counts them as moves.",
-    "Whether the buffers and the engine fit into the device is `orbsoc hw budget`'s question.",
 )
 ESTIMATED_WORDS = "; PL cycles are estimated, not scheduled"
 """The end of a headline without schedules."""
@@ -67,7 +70,8 @@ ESTIMATED = (
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """PASS: met by the worst case; FAIL: missed even at the fast end without jitter; MARGINAL: in between.
+    """PASS: met by the worst case; FAIL: missed even at the fast end without jitter, or by an engine that the device does not
+    hold; MARGINAL: in between.
 
     Of the prices of the PS's work, the worst case takes the dearest and the fast end the cheapest. Margins are deadline
     minus time, negative when it is missed: nominally, and in the worst case.
@@ -145,6 +149,15 @@ class Report:
     deadline: Deadline | None
     energy: EnergyUse
     baseline_energy: EnergyUse
+    """With the PL there, and drawing what it draws when it does nothing."""
+    bare_energy: EnergyUse
+    """Of the baseline on a chip without a PL."""
+    beside: tuple[Beside, ...]
+    """The gain over one core and over all, and what they draw."""
+    area: Budget
+    """What the engine takes of the device."""
+    loading: Loading
+    """What loading the programs takes."""
     prices: tuple[PricedTimes, ...]
     """The same comparison at each price of the PS's work; one where the trace has no counts to price."""
     throughput: tuple[Throughput, ...]
@@ -172,9 +185,11 @@ class Report:
 
     @property
     def headline(self) -> str:
-        """One sentence: how this partition does against the baseline, at which clock, and whether PL cycles are estimated."""
+        """One sentence: how this partition does against the baseline, at which clock, whether it does not fit, and whether PL
+        cycles are estimated."""
         clock = f"; {self._pl_clock}" if self.modules_on_pl else ""
-        return self._comparison + clock + (ESTIMATED_WORDS if self.estimated else "")
+        fit = "" if self.area.fits else f"; {self.area.words}"
+        return self._comparison + clock + fit + (ESTIMATED_WORDS if self.estimated else "")
 
     @property
     def _pl_clock(self) -> str:
@@ -220,7 +235,8 @@ class Report:
             return f"modelled energy: {self.energy.words}"
         return (
             f"modelled energy: {self.energy.words}; {self.baseline} "
-            f"{self.baseline_energy.nominal_mj:.2f} mJ ({self.baseline_energy.low_mj:.2f}–{self.baseline_energy.high_mj:.2f})"
+            f"{self.baseline_energy.nominal_mj:.2f} mJ ({self.baseline_energy.low_mj:.2f}–{self.baseline_energy.high_mj:.2f}),"
+            f" {self.bare_energy.nominal_mj:.2f} mJ on a chip without a PL"
         )
 
     @property
@@ -257,6 +273,7 @@ class Report:
             "deadline_line": self.deadline_line,
             "energy_line": self.energy_line,
             "price_line": self.price_line,
+            "loading_line": self.loading.words,
             "binding": self.bottleneck,
             "slower_modules": [row.module for row in self.slower_modules],
             "not_modelled": list(self.not_modelled),
@@ -269,6 +286,7 @@ class Report:
             f"# Modelled cycle budget: {self.partition} on {self.device}",
             f"**{self.headline}.**",
             f"{self.price_line}.",
+            f"{self.loading.words}; {self.area.words if self.modules_on_pl else 'no engine is needed'}.",
             *([f"**{self.deadline_line}.**"] if self.deadline else []),
             *markdown.slower_modules(self.slower_modules, self.baseline),
             f"{self.description}. {self.core} as PS; PL engine of {self.lanes} lanes; {self._pl_clock}; "
@@ -288,6 +306,8 @@ class Report:
             "## Modelled energy",
             f"{self.energy_line}.",
             markdown.energy_table(self.energy),
+            "## Beside the processor alone, modelled",
+            markdown.beside_table(self.beside),
             "## Modelled throughput",
             "\n".join(f"- {found.words}" for found in self.throughput),
             "## Transfers and interrupts",
@@ -318,9 +338,11 @@ def speedup(
     trace, platform = parse_trace(trace), as_platform(platform)
     partition = chosen_partition(partition, trace, platform, cycles)
     base = as_partition(baseline)
-    actions, durations, timeline = _run(trace, platform, partition, cycles)
+    area = budget(trace, platform, partition, cycles)
+    actions, durations, timeline = _run(trace, platform, partition, cycles, area.programs)
     base_trace = trace if baseline_trace is None else parse_trace(baseline_trace)
-    base_actions, base_durations, before = _run(base_trace, platform, base, cycles)
+    base_area = budget(base_trace, platform, base, cycles)
+    base_actions, base_durations, before = _run(base_trace, platform, base, cycles, base_area.programs)
     if not before.makespan_picoseconds or not timeline.makespan_picoseconds:
         raise HwModelError("the trace takes no time at all: its solves run no operations")
     times_ms, base_ms = _times_ms(actions, durations), _times_ms(base_actions, base_durations)
@@ -332,6 +354,7 @@ def speedup(
         computed[segment.side] += segment.cycles
     causes = timeline.totals("cause")
     prices = _priced((actions, durations), (base_actions, base_durations))
+    energies = _energy(base_actions, base_durations, base), without_pl(base_actions, base_durations, base)
     return Report(
         device=platform.name,
         description=platform.description,
@@ -358,9 +381,21 @@ def speedup(
         interrupts=kinds.count("interrupt"),
         launches=kinds.count("launch"),
         throughput=tuple(throughputs(trace, platform, partition, base, cycles)),
-        deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, prices),
+        deadline=None if deadline_ms is None else _judge(deadline_ms, makespan_ms, prices, fits=area.fits),
         energy=_energy(actions, durations, partition),
-        baseline_energy=_energy(base_actions, base_durations, base),
+        baseline_energy=energies[0],
+        bare_energy=energies[1],
+        beside=baselines(
+            trace,
+            platform,
+            partition,
+            base,
+            cycles,
+            speedups=[(found.price, found.speedup.nominal) for found in prices],
+            energies=energies,
+        ),
+        area=area,
+        loading=loading(platform, area.programs),
         prices=prices,
         outer_loop=trace.outer_loop.source if trace.outer_loop else "",
         assumptions=tuple(assumptions(platform, _usage(trace, (partition, base), platform, cycles))),
@@ -377,10 +412,10 @@ def _usage(
 
 
 def _run(
-    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles, loaded: Programs
 ) -> tuple[list[Action], Durations, Timeline]:
     actions = actions_of(trace, partition)
-    durations = Durations(trace, platform, partition, cycles)
+    durations = Durations(trace, platform, partition, cycles, loaded)
     return actions, durations, lay_out(actions, durations, partition.name)
 
 
@@ -422,10 +457,12 @@ def _json_object(fields: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     return {name.replace("picoseconds", "picos"): value for name, value in fields}
 
 
-def _judge(deadline_ms: float, times: Band, prices: Sequence[PricedTimes]) -> Deadline:
+def _judge(deadline_ms: float, times: Band, prices: Sequence[PricedTimes], *, fits: bool) -> Deadline:
     worst = max(prices, key=lambda found: found.worst_case_ms)
-    if worst.worst_case_ms <= deadline_ms:
-        verdict: Verdict = "PASS"
+    if not fits:
+        verdict: Verdict = "FAIL"
+    elif worst.worst_case_ms <= deadline_ms:
+        verdict = "PASS"
     elif min(found.makespan_ms.low for found in prices) > deadline_ms:
         verdict = "FAIL"
     else:

@@ -14,11 +14,13 @@ from hw_model.platform.partition import on_pl
 from hw_model.timing.actions import Action, Work, actions_of
 from hw_model.timing.control_program import streams_of
 from hw_model.timing.durations import Durations
+from hw_model.timing.programs import NONE, Programs
 from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated, of_program
 from hw_model.timing.timeline import makespan_picoseconds, tally_of
 from hw_model.vocabulary import PICOSECONDS_PER_MS
 
 from .bands import Band, band_of, corners_of
+from .loading import Loading, loading
 
 if TYPE_CHECKING:
     from hw_model.energy.actions import StageCounts
@@ -42,6 +44,7 @@ class Point:
     worst_case_ms: float
     budget: Budget
     energy: EnergyUse
+    loading: Loading
 
     @property
     def time_ms(self) -> Band:
@@ -69,6 +72,7 @@ class Point:
             "energy_mj": self.energy.nominal_mj, "energy_low_mj": self.energy.low_mj,
             "energy_high_mj": self.energy.high_mj, **uses, "storage_words": self.budget.storage_words,
             "area_share": self.area_share, "tightest": self.budget.tightest.kind, "fits": self.budget.fits,
+            **self.loading.row(),
         }  # fmt: skip
 
     def beats(self, other: Point, *, everywhere: bool = False) -> bool:
@@ -103,33 +107,39 @@ class Study:
         cycles = _Remembered(self.cycles)
 
         # corners_of begins with the nominal platform and the slowest one.
-        def at_corners(partition: Partition) -> list[Durations]:
+        def at_corners(partition: Partition, loaded: Programs) -> list[Durations]:
             key = partition.uses_pl, streams_of(self.trace, partition)
             if key not in known:
                 known[key] = [
                     Durations(self.trace, corner, partition, self.cycles) for corner in corners_of(platform)
                 ]
-            return known[key]
+            return [durations.with_programs(loaded) for durations in known[key]]
 
-        def times_ms(partition: Partition) -> tuple[float, ...]:
-            return tuple(self._ms(partition, durations) for durations in at_corners(partition))
+        def times_ms(partition: Partition, corners: Sequence[Durations]) -> tuple[float, ...]:
+            return tuple(self._ms(partition, durations) for durations in corners)
 
-        baselines = times_ms(on_pl())
-        return [
-            Point(
-                device=platform.name,
-                partition=partition.name,
-                lanes=platform.pl.lanes.value,
-                pl_clock_mhz=platform.pl.clock_mhz.value,
-                settings=settings or {},
-                times_ms=times_ms(partition),
-                baselines_ms=baselines,
-                worst_case_ms=self._ms(partition, at_corners(partition)[1], worst=True),
-                budget=budget(self.trace, platform, partition, cycles),
-                energy=self._energy(partition, at_corners(partition)),
+        alone = on_pl()
+        baselines = times_ms(alone, at_corners(alone, NONE))
+        points: list[Point] = []
+        for partition in partitions:
+            area = budget(self.trace, platform, partition, cycles)
+            corners = at_corners(partition, area.programs)
+            points.append(
+                Point(
+                    device=platform.name,
+                    partition=partition.name,
+                    lanes=platform.pl.lanes.value,
+                    pl_clock_mhz=platform.pl.clock_mhz.value,
+                    settings=settings or {},
+                    times_ms=times_ms(partition, corners),
+                    baselines_ms=baselines,
+                    worst_case_ms=self._ms(partition, corners[1], worst=True),
+                    budget=area,
+                    energy=self._energy(partition, corners),
+                    loading=loading(platform, area.programs),
+                )
             )
-            for partition in partitions
-        ]
+        return points
 
     def _done(self, partition: Partition) -> tuple[list[Action], Counter[Work]]:
         key = partition.key

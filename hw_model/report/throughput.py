@@ -15,15 +15,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from hw_model.timing.actions import Work, actions_of
-from hw_model.timing.durations import Durations
 from hw_model.timing.groups import grouped, in_groups, require_groups
 from hw_model.vocabulary import PICOSECONDS_PER_MS
+
+from .run import durations_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
+    from hw_model.timing.durations import Durations
     from hw_model.timing.stage_cycles import StageCycles
     from hw_model.timing.trace import Trace
 
@@ -88,9 +90,9 @@ def throughputs(
     trace = in_groups(trace, copies)
     if platform.runtime.cores_used.value > 1:
         platform = platform.with_values({"runtime.cores_used": 1, "runtime.schedule": "serial"})
-    durations = Durations(trace, platform, partition, cycles)
+    durations = durations_of(trace, platform, partition, cycles)
     chain = _chain(trace, partition, durations, copies)
-    alone = Durations(trace, platform, baseline, cycles)
+    alone = durations_of(trace, platform, baseline, cycles)
     base = sum(length for _, length in _chain(trace, baseline, alone, 1))
     cores, solves = platform.ps.cores.value, len(trace.solves)
     latency = sum(length for _, length in chain)
@@ -138,6 +140,8 @@ def _chain(
 def _resource(work: Work, durations: Durations) -> Resource:
     if work.kind in ("compute", "control"):
         return work.side
+    if work.kind == "load":
+        return "pl"  # which runs nothing before it
     return "dma" if work.kind == "copy" and durations.by_dma(work) else "ps"
 
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from hw_model.timing.trace import Trace
     from hw_model.vocabulary import Datapath
 
-Question = Literal["times", "worst", "energy", "throughput", "fit", "memory", "engine", "written"]
-"""`times`: of a run; `worst`: with jitter; `energy`: its joules; `throughput`: of many; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
+Question = Literal["times", "worst", "energy", "throughput", "loads", "fit", "memory", "engine", "written"]
+"""`times`: of a run; `worst`: with jitter; `energy`: its joules; `throughput`: of many; `loads`: of programs; `fit`: shares of the device; `memory`: that of block RAM alone; `engine`: schedules
 and the clock alone; `written`: all of the platform goes into a file."""
 
 
@@ -83,15 +83,17 @@ _SLOW_CODES: frozenset[Opcode] = frozenset({"div", "sqrt"})
 ALL_KINDS: frozenset[Kind] = frozenset({"lut", "ff", "dsp", "bram36", "uram"})
 TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
 """One run without jitter: the file for a trace viewer."""
-TRACE_USAGE = ParameterUse(frozenset({"times", "throughput"}))
+TRACE_USAGE = ParameterUse(frozenset({"times", "throughput", "loads", "fit"}), ALL_KINDS)
 """One run without jitter, and many: trace."""
-EXPLAIN_USAGE = ParameterUse(frozenset({"times", "energy"}))
+EXPLAIN_USAGE = ParameterUse(frozenset({"times", "energy", "loads", "fit"}), ALL_KINDS)
 """Times and energies of two runs: explain."""
-WORST_CASE_USAGE = ParameterUse(frozenset({"times", "worst", "energy", "throughput"}))
+WORST_CASE_USAGE = ParameterUse(
+    frozenset({"times", "worst", "energy", "throughput", "loads", "fit"}), ALL_KINDS
+)
 """Times with their worst case, energy, and many runs: plan."""
-STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "energy", "fit"}), ALL_KINDS, off_pl=True)
+STUDY_USAGE = ParameterUse(frozenset({"times", "worst", "energy", "loads", "fit"}), ALL_KINDS, off_pl=True)
 """Times, energy and resources against a run on the PS alone: partition, sweep."""
-BUDGET_USAGE = ParameterUse(frozenset({"fit"}), ALL_KINDS)
+BUDGET_USAGE = ParameterUse(frozenset({"loads", "fit"}), ALL_KINDS)
 SCHEDULE_USAGE = ParameterUse(frozenset({"engine", "memory"}), scheduled=True)
 """Schedules of one engine, and whether their microcode has room: run."""
 PRECISION_USAGE = ParameterUse(
@@ -212,7 +214,11 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if not usage.on_pl:
         return _NO_PL
     if name == "clock_mhz":
-        return _unless(bool(usage.questions & {"times", "engine"}), f"{_NO_TIMES}; area has no clock")
+        return _unless(
+            bool(usage.questions & {"times", "loads", "engine"}), f"{_NO_TIMES}; area has no clock"
+        )
+    if name == "load_bytes_per_cycle":
+        return _unless("loads" in usage.questions, _NO_LOADS)
     if "engine" in usage.questions:
         return _unless(
             name in ("lanes", "dividers", "banks", "clusters", "interleaved", "latency_preset"),
@@ -273,7 +279,7 @@ def _compression(platform: Platform, usage: ParameterUse) -> str | None:
 
 
 def _link(name: str, platform: Platform, usage: ParameterUse) -> str | None:
-    if "times" not in usage.questions:
+    if "times" not in usage.questions and not ("loads" in usage.questions and name in OF_LOADS):
         return _NO_TIMES
     return _unless(usage.on_pl, _NO_PL)
 
@@ -363,6 +369,14 @@ def _ways(usage: ParameterUse) -> list[bool]:
     return [True] * usage.on_pl + [False] * (usage.off_pl or not usage.on_pl)
 
 
+OF_LOADS = frozenset(
+    {
+        "register_write_ns", "register_write_pl_cycles", "dma_fixed_us", "dma_fixed_pl_cycles",
+        "dma_to_pl_bytes_per_pl_cycle", "port_mb_s", "ddr_efficiency",
+    }
+)  # fmt: skip
+"""What of the link a load of a program takes."""
+_NO_LOADS = "this report loads no program; `orbsoc hw budget` does"
 _NO_TIMES = "this report times no PS, link or interrupts; `orbsoc hw trace` and `hw partition` do"
 _NO_URAM = "nothing is in UltraRAM; set `pl.storage_memory` or `pl.microcode_memory` to ultra_ram"
 _NO_PL = "the partition leaves the PL idle; choose one that uses it"

@@ -13,6 +13,7 @@ from hw_model.vocabulary import Module, Side
 
 from .control_program import SEPARATOR, attempt_stages, members, split, streams_of
 from .link import Residency
+from .programs import follows_another
 
 if TYPE_CHECKING:
     from hw_model.platform.partition import Partition
@@ -38,9 +39,10 @@ OUTCOME = ("control", "verdict")
 """Buffers in which the PL leaves why an attempt has ended, where it decides by itself."""
 
 Kind = Literal[
-    "build", "outer", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest", "control"
-]
-"""`build`: the PS generates the problem of a solve, as assumed; `outer`: it does what was counted around the solves; `launch`: the frame that starts a segment; `interrupt`: the PS learns,
+    "build", "outer", "load", "compute", "copy", "launch", "interrupt", "flags", "publish", "rest", "control"
+]  # fmt: skip
+"""`build`: the PS generates the problem of a solve, as assumed; `outer`: it does what was counted around the solves; `load`: it writes the
+program of another pattern than the last solve's; `launch`: the frame that starts a segment; `interrupt`: the PS learns,
 by interrupt or polling, that the segment has ended; `flags`: status, data-valid flags and acknowledgement after it;
 `publish`: the frame, status and flags by which the PS announces what it wrote itself; `rest`: the status read that ends
 a solve; `control`: the PL's operation control between two segments that it runs by itself."""
@@ -72,7 +74,8 @@ class Action(NamedTuple):
 def actions_of(trace: Trace, partition: Partition) -> list[Action]:
     """Copies, launches, computations, interrupts and flag checks of every solve, in order.
 
-    Each solve starts with the generation of its data on the PS, and ends when the PS holds what the last stage wrote; after
+    Each solve starts with the generation of its data on the PS, then the program of its pattern where another's was before. It ends
+    when the PS holds what the last stage wrote; after
     the last comes the rest of a counted outer loop. So does each attempt of a solve with restarts: the PS judges its outcome before the next one. A partition that leaves
     the PL idle has no protocol: the PS computes and nothing else happens.
     """
@@ -82,12 +85,14 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
             "trace: `method` is missing: resident control needs the step lists that the solves ran"
         )
     actions: list[Action] = []
-    for s, solve in enumerate(trace.solves):
+    for s, (solve, changed) in enumerate(zip(trace.solves, follows_another(trace), strict=True)):
         pattern = trace.patterns[solve.pattern]
         residency = Residency(name for name, words in pattern.buffers.items() if words)
         outputs: tuple[str, ...] = ()
         iteration = solve.events[0][1] if solve.events else 0
         actions.append(Action(_before(trace, s), "ps", PROBLEM, s, iteration, -1))
+        if partition.uses_pl and changed:
+            actions.append(Action(Work("load", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl:
             actions.append(Action(Work("publish", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         e = 0

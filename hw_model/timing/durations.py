@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from copy import copy
 from typing import TYPE_CHECKING, NamedTuple
 
 from hw_model.vocabulary import WORD_BYTES, Cause, picoseconds_of_cycles
 
-from . import link, ps
+from . import link, programs, ps
 from .control_program import control_cycles, members, streams_of
 from .stage_cycles import PlCycles, StageCycles, estimated, of_program
 from .stream import with_fetch
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from hw_model.platform.platform import Platform
 
     from .actions import Work
+    from .programs import Programs
     from .trace import Trace
 
 
@@ -44,10 +46,17 @@ class Durations:
     """
 
     def __init__(
-        self, trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
+        self,
+        trace: Trace,
+        platform: Platform,
+        partition: Partition,
+        cycles: StageCycles = estimated,
+        loaded: Programs = programs.NONE,
     ) -> None:
         self.trace = trace
         self.platform = platform
+        self.loaded = loaded
+        """The programs of its patterns; NONE: all are there, and a change takes no time."""
         self._source, self.partition = cycles, partition
         self._cycles = of_program(cycles, streams_of(trace, partition))
         self.cores = ps.computing_cores(platform, uses_pl=partition.uses_pl)
@@ -57,10 +66,18 @@ class Durations:
 
     def on(self, platform: Platform) -> Durations:
         """The same on another platform."""
-        return Durations(self.trace, platform, self.partition, self._source)
+        return Durations(self.trace, platform, self.partition, self._source, self.loaded)
+
+    def with_programs(self, loaded: Programs) -> Durations:
+        """The same with other programs; what both know of other work is shared."""
+        found = copy(self)
+        found.loaded = loaded
+        return found
 
     def parts(self, work: Work) -> tuple[Part, ...]:
         """The parts of `work`, in order; none is empty. Σ picoseconds is its duration."""
+        if work.kind == "load":  # the only work that others, with whom `_known` is shared, may know otherwise
+            return self._load(work.pattern)
         known = self._known.get(work)
         if known is None:
             known = tuple(part for part in self._parts(work) if part.picoseconds or part.cycles)
@@ -79,6 +96,9 @@ class Durations:
         """Makespan of work done one piece after another; with `worst`, every jitter at its bound."""
         sums, total = self._sums, 0
         for work, count in tally.items():
+            if work.kind == "load":  # known per program, and not to others that share the rest
+                total += count * (self.picoseconds(work) + worst * self.jitter_picoseconds(work))
+                continue
             if work not in sums:
                 alone = self.picoseconds(work)
                 sums[work] = alone, alone + self.jitter_picoseconds(work)
@@ -116,6 +136,8 @@ class Durations:
                 return self._crossing(work)
             case "control":
                 return [self._on_control(work)]
+            case "load":
+                return list(self._load(work.pattern))
             case "build":
                 cycles = ps.build_cycles(self.trace.patterns[work.pattern], self.platform.ps)
                 return [self._on_ps(cycles, "build")]
@@ -123,6 +145,16 @@ class Durations:
                 return [self._outer(work)]
             case "compute":
                 return self._on_pl(work) if work.side == "pl" else [self._stage_on_ps(work)]
+
+    def _load(self, pattern: int) -> tuple[Part, ...]:
+        """The program of a pattern that follows another, as far as it is not there."""
+        if not self.loaded.each:
+            return ()
+        size = self.loaded.written(pattern)
+        moved = programs.microcode_picoseconds(self.platform, size)
+        written = programs.tables_picoseconds(self.platform, self.loaded.each[pattern])
+        parts = (self._link(moved, "load microcode by dma"), self._link(written, "write tables"))
+        return tuple(part for part in parts if part.picoseconds)
 
     def _link(self, picoseconds: int, detail: str) -> Part:
         return Part(

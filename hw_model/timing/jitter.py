@@ -17,6 +17,7 @@ from hw_model.errors import HwModelError
 
 from .actions import actions_of
 from .durations import Durations
+from .programs import NONE, Programs
 from .stage_cycles import StageCycles, estimated
 from .timeline import as_partition, as_platform, makespan_picoseconds, precedence_of
 from .trace import parse_trace
@@ -73,16 +74,17 @@ def distribution(
     seed: int = 0,
     cycles: StageCycles = estimated,
     draw: Draw | None = None,
+    loaded: Programs = NONE,
 ) -> Distribution:
     """Makespans of `runs` ≥ 1 runs that differ in their jitter; the same seed gives the same runs.
 
-    `draw` replaces the random numbers. Raises HwModelError for an impossible number of runs, and what `simulate`
+    `draw` replaces the random numbers. `loaded`: programs, as a budget has them; without, all are there. Raises HwModelError for an impossible number of runs, and what `simulate`
     raises.
     """
     if runs < 1:
         raise HwModelError(f"`runs` = {runs!r}: must be at least 1")
     trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
-    durations = Durations(trace, platform, partition, cycles)
+    durations = Durations(trace, platform, partition, cycles, loaded)
     actions = actions_of(trace, partition)
     bound = makespan_picoseconds(actions, durations, worst=True)
     if bound > _LONGEST_PICOSECONDS:

@@ -15,6 +15,7 @@ from hw_model.vocabulary import ACCOUNTS, PL_CAUSES, Cause, Module
 from .actions import actions_of
 from .durations import Durations
 from .groups import require_one_problem
+from .programs import NONE, Programs
 from .stage_cycles import StageCycles, estimated
 from .timeline import lay_out
 
@@ -62,9 +63,15 @@ class Roof:
         return self.operations / self.total_ns
 
 
-def limits(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated) -> Limits:
-    """Amdahl's limits of `partition`; the platform's schedule must be serial, where causes add."""
-    causes = _causes(trace, platform, partition, cycles)
+def limits(
+    trace: Trace,
+    platform: Platform,
+    partition: Partition,
+    cycles: StageCycles = estimated,
+    loaded: Programs = NONE,
+) -> Limits:
+    """Amdahl's limits of `partition`; the platform's schedule must be serial, where causes add. `loaded`: the programs."""
+    causes = _causes(trace, platform, partition, cycles, loaded)
     base = sum(_causes(trace, platform, on_pl(), cycles).values())
     total, ours = sum(causes.values()), causes["ps"]
     computing = sum(causes[cause] for cause in PL_CAUSES)
@@ -97,9 +104,11 @@ def roofs(
     return rows
 
 
-def _causes(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles) -> Counter[Cause]:
+def _causes(
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles, loaded: Programs = NONE
+) -> Counter[Cause]:
     require_one_problem(platform)
-    durations = Durations(trace, platform, partition, cycles)
+    durations = Durations(trace, platform, partition, cycles, loaded)
     found: Counter[Cause] = Counter()
     for action in actions_of(trace, partition):
         for part in durations.parts(action.work):

@@ -8,7 +8,6 @@ run, solve, iteration, module, stage.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -16,17 +15,13 @@ from hw_model.platform.partition import Partition, load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.vocabulary import Cause, Module, Side
 
-from .actions import START_UP, Action, Kind, Work, actions_of
+from .actions import START_UP, Action, Kind, Work
 from .durations import Durations
 from .groups import require_one_problem
 from .precedence import Precedence, Resource, overlapped, serial
-from .stage_cycles import StageCycles, estimated
-from .trace import parse_trace
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from .trace import Trace
 
 Level = Literal["cause", "side", "resource", "module", "stage", "kind", "solve", "iteration"]
 
@@ -95,21 +90,6 @@ class Timeline:
         for segment in self.segments:
             found[segment.resource] += segment.duration_picoseconds
         return dict(found)
-
-
-def simulate(
-    trace: Mapping[str, Any] | Trace,
-    platform: Platform | str | Path,
-    partition: Partition | str | Path,
-    cycles: StageCycles = estimated,
-) -> Timeline:
-    """The timeline of `trace` on `platform` under `partition` (objects, names or paths).
-
-    `cycles`: where the cycles of a stage on the PL come from. Raises TraceError, PlatformError or PartitionError.
-    """
-    trace, platform, partition = parse_trace(trace), as_platform(platform), as_partition(partition)
-    durations = Durations(trace, platform, partition, cycles)
-    return lay_out(actions_of(trace, partition), durations, partition.name)
 
 
 def precedence_of(actions: list[Action], durations: Durations) -> Precedence:

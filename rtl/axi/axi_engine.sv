@@ -77,6 +77,9 @@ module axi_engine #(
   } | (FP == 64 ? 32'h80 : 32'h0);
   localparam logic [31:0] SIZES_WORD = {16'(CODE_WIDTH), 8'(CODE_BITS), 8'(ADDRESS_BITS)};
 
+  localparam logic [31:0] IDENTITY_WORD /*verilator public*/ =
+      axi_contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS, SEQUENCER == 1 ? 1 : 0);
+
   logic engine_reset, bus_write, bus_read, host_write, host_read, code_write, template_write;
   logic [15:0] bus_address;
   logic [31:0] bus_value, bus_answer;
@@ -101,7 +104,8 @@ module axi_engine #(
       .ID_BITS(ID_BITS),
       .REGION_BITS(REGION_BITS),
       .ENGINE_WORD(ENGINE_WORD),
-      .SIZES_WORD(SIZES_WORD)
+      .SIZES_WORD(SIZES_WORD),
+      .IDENTITY_WORD(IDENTITY_WORD)
   ) slaves (
       .clock(aclk),
       .reset(!aresetn),

@@ -1,9 +1,10 @@
 // From the AXI4-Lite slave to the register bus: each write and each read reaches it once, from registers, one at a time.
-// Four registers are the wrapper's own. Between accesses the bus stays at STATUS, which has no effect and shows whether the
+// Six registers are the wrapper's own. Between accesses the bus stays at STATUS, which has no effect and shows whether the
 // engine runs; a write waits until the memories are quiet, and the memories until it is done and the engine's state known.
 module axi_registers #(
     parameter logic [31:0] ENGINE_WORD = 32'd0,
-    parameter logic [31:0] SIZES_WORD  = 32'd0
+    parameter logic [31:0] SIZES_WORD = 32'd0,
+    parameter logic [31:0] IDENTITY_WORD = 32'd0
 ) (
     input logic clock,
     input logic reset,
@@ -24,6 +25,8 @@ module axi_registers #(
     input logic [31:0] bus_answer,
     input logic busy,
     input logic [31:0] cycles,
+    input logic [31:0] digest,
+    output logic clear_digest,
     // The memories: no access is under way; they may be accessed in this cycle; the engine runs, and takes none.
     input logic quiet,
     output logic open,
@@ -34,15 +37,20 @@ module axi_registers #(
   localparam logic [15:0] ENGINE = 16'h3004;
   localparam logic [15:0] SIZES = 16'h3008;
   localparam logic [15:0] CYCLES = 16'h300C;
+  localparam logic [15:0] IDENTITY = 16'h3010;
+  localparam logic [15:0] DIGEST = 16'h3014;
 
-  logic resetting, reading, own, idle, known, last_write, take_write, take_read, own_address, reset_address;
+  logic resetting, reading, own, idle, known, last_write, take_write, take_read, own_address, reset_address, kept_address;
   logic [31:0] own_value;
   assign idle = !bus_write && !reading && !resetting && !engine_reset;
   assign open = idle && known && !write_wanted;
   assign take_write = idle && write_wanted && quiet && !(read_wanted && last_write);
   assign take_read = idle && read_wanted && !take_write;
   assign reset_address = write_address == RESET;
-  assign own_address = read_address == ENGINE || read_address == SIZES || read_address == CYCLES;
+  assign kept_address = reset_address || write_address == DIGEST;
+  assign clear_digest = take_write && write_address == DIGEST;
+  assign own_address = read_address == ENGINE || read_address == SIZES || read_address == CYCLES
+      || read_address == IDENTITY || read_address == DIGEST;
   assign write_done = take_write;
   assign read_done = reading;
   assign read_value = own ? own_value : bus_answer;
@@ -59,17 +67,23 @@ module axi_registers #(
     end else begin
       resetting <= take_write && reset_address && write_value[0];
       engine_reset <= resetting || (take_write && reset_address && write_value[0]);
-      bus_write <= take_write && !reset_address;
+      bus_write <= take_write && !kept_address;
       bus_read <= take_read && !own_address;
       reading <= take_read;
       known <= idle;
       if (take_write || take_read) last_write <= take_write;
     end
     // STATUS wherever the engine takes no access, also in the clock after one to the wrapper's own.
-    bus_address <= (take_write && !reset_address) ? write_address : (take_read && !own_address) ? read_address : STATUS;
+    bus_address <= (take_write && !kept_address) ? write_address : (take_read && !own_address) ? read_address : STATUS;
     bus_value <= write_value;
     own <= own_address;
-    own_value <= read_address == ENGINE ? ENGINE_WORD : read_address == SIZES ? SIZES_WORD : cycles;
+    case (read_address)
+      ENGINE: own_value <= ENGINE_WORD;
+      SIZES: own_value <= SIZES_WORD;
+      IDENTITY: own_value <= IDENTITY_WORD;
+      DIGEST: own_value <= digest;
+      default: own_value <= cycles;
+    endcase
     if (idle) running <= bus_answer[0] || busy;
   end
 endmodule

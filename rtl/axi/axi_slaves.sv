@@ -8,7 +8,8 @@ module axi_slaves #(
     parameter int REGION_BITS /*verilator public*/ = 24,
     parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
     parameter logic [31:0] ENGINE_WORD = 32'd0,
-    parameter logic [31:0] SIZES_WORD = 32'd0
+    parameter logic [31:0] SIZES_WORD = 32'd0,
+    parameter logic [31:0] IDENTITY_WORD = 32'd0
 ) (
     input logic clock,
     input logic reset,
@@ -126,10 +127,12 @@ module axi_slaves #(
       .read_done(read_done)
   );
 
-  logic quiet, open, running;
+  logic quiet, open, running, clear_digest;
+  logic [31:0] digest;
   axi_registers #(
       .ENGINE_WORD(ENGINE_WORD),
-      .SIZES_WORD (SIZES_WORD)
+      .SIZES_WORD(SIZES_WORD),
+      .IDENTITY_WORD(IDENTITY_WORD)
   ) registers_access (
       .clock(clock),
       .reset(reset),
@@ -149,14 +152,16 @@ module axi_slaves #(
       .bus_answer(bus_answer),
       .busy(busy),
       .cycles(cycles),
+      .digest(digest),
+      .clear_digest(clear_digest),
       .quiet(quiet),
       .open(open),
       .running(running)
   );
 
-  logic piece_valid, piece_ready, piece_take, piece_error, piece_commit, storage_commit;
+  logic spoilt, digested, digested_pair, piece_valid, piece_pair, piece_ready, piece_take, piece_error, piece_commit, storage_commit;
   logic [REGION_BITS+1:0] piece_address;
-  logic [31:0] piece_value;
+  logic [31:0] piece_value, piece_upper;
   logic [ADDRESS_BITS-1:0] storage_address, word_address;
   logic [32*PIECES-1:0] word;
   axi_burst_write #(
@@ -164,7 +169,8 @@ module axi_slaves #(
       .REGION_BITS(REGION_BITS),
       .STORAGE_BYTES(STORAGE_BYTES),
       .CODE_BYTES(CODE_BYTES),
-      .TEMPLATE_BYTES(TEMPLATE_BYTES)
+      .TEMPLATE_BYTES(TEMPLATE_BYTES),
+      .WIDE({CODE_PIECES > 1, FP == 64})
   ) writes (
       .clock(clock),
       .reset(reset),
@@ -184,10 +190,13 @@ module axi_slaves #(
       .bid(bid),
       .bresp(bresp),
       .piece_valid(piece_valid),
+      .piece_pair(piece_pair),
       .piece_ready(piece_ready),
       .piece_error(piece_error || running),
       .piece_address(piece_address),
-      .piece_value(piece_value)
+      .piece_value(piece_value),
+      .piece_upper(piece_upper),
+      .spoilt(spoilt)
   );
   axi_word_pieces #(
       .REGION_BITS(REGION_BITS),
@@ -199,11 +208,15 @@ module axi_slaves #(
       .clock(clock),
       .reset(reset),
       .take(piece_take),
-      .drop(piece_ready && running),
+      .drop(spoilt || (piece_ready && running)),
+      .pair(piece_pair),
       .address(piece_address),
       .value(piece_value),
+      .upper(piece_upper),
       .error(piece_error),
       .commit(piece_commit),
+      .digested(digested),
+      .digested_pair(digested_pair),
       .storage_commit(storage_commit),
       .storage_address(storage_address),
       .word(word),
@@ -211,6 +224,22 @@ module axi_slaves #(
       .code_address(code_address),
       .template_write(template_write),
       .template_address(template_address)
+  );
+  axi_digest #(
+      .CODE_BITS(CODE_BITS)
+  ) digest_of_programs (
+      .clock(clock),
+      .reset(reset),
+      .clear(clear_digest),
+      .take(digested),
+      .pair(digested_pair),
+      .value(piece_value),
+      .upper(piece_upper),
+      .code_write(code_write),
+      .code_address(code_address),
+      .template_write(template_write),
+      .template_address(template_address),
+      .digest(digest)
   );
   assign host_word = word[FP-1:0];
   assign code_word = word[CODE_WIDTH-1:0];

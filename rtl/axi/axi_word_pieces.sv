@@ -13,11 +13,15 @@ module axi_word_pieces #(
     input logic clock,
     input logic reset,
     input logic take,  // the piece, in this cycle
-    input logic drop,  // a piece came while the engine ran: a word that was begun must begin again
+    input logic pair,  // and the one after it, of the same word
+    input logic drop,  // a piece came while the engine ran, or spoilt: a word that was begun must begin again
     input logic [REGION_BITS+1:0] address,
     input logic [31:0] value,
+    input logic [31:0] upper,
     output logic error,
     output logic commit,  // the piece writes a word
+    output logic digested,  // it is one of microcode or templates, and is kept
+    output logic digested_pair,
     output logic storage_commit,
     output logic [ADDRESS_BITS-1:0] storage_address,
     // A cycle after `take`: word, and whether it goes to microcode or templates.
@@ -35,7 +39,7 @@ module axi_word_pieces #(
 
   logic [1:0] region;
   logic [REGION_BITS-1:0] offset;
-  logic [PLACE-1:0] place, last, next;
+  logic [PLACE-1:0] place, after, last, next;
   logic [REGION_BITS+1:0] begun, this_word;  // region and address of the word whose pieces come
   logic begin_word, padding;
   assign region = address[REGION_BITS+:2];
@@ -62,7 +66,10 @@ module axi_word_pieces #(
   assign begin_word = place == '0;
   assign padding = place > last;
   assign error = !begin_word && !padding && !(place == next && this_word == begun);
-  assign commit = take && !error && !padding && place == last;
+  assign after = place + PLACE'(1);
+  assign commit = take && !error && !padding && (place == last || (pair && after == last));
+  assign digested = take && !error && !padding && region != STORAGE;
+  assign digested_pair = pair && after <= last;
   assign storage_commit = commit && region == STORAGE;
   assign storage_address = ADDRESS_BITS'(offset >> WORD_SHIFT);
 
@@ -70,13 +77,14 @@ module axi_word_pieces #(
     for (genvar i = 0; i < PIECES; i++) begin : g_piece
       always_ff @(posedge clock) begin
         if (take && place == PLACE'(i)) word[32*i+:32] <= value;
+        if (take && pair && after == PLACE'(i)) word[32*i+:32] <= upper;
       end
     end
   endgenerate
   always_ff @(posedge clock) begin
     // After its last piece, and after an error, a word must begin again.
     if (reset || drop) next <= '0;
-    else if (take && !padding) next <= (error || commit) ? '0 : place + PLACE'(1);
+    else if (take && !padding) next <= (error || commit) ? '0 : pair ? after + PLACE'(1) : after;
     if (take && begin_word) begun <= this_word;
     code_write <= commit && region == CODE && !reset;
     template_write <= commit && region[1] && !reset;

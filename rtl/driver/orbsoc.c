@@ -86,6 +86,7 @@ orbsoc_pl_error orbsoc_pl_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t mem
   pl->address_bits = FIELD(sizes, ORBSOC_SIZES_ADDRESS_BITS);
   pl->code_bits = FIELD(sizes, ORBSOC_SIZES_CODE_BITS);
   pl->code_width = FIELD(sizes, ORBSOC_SIZES_CODE_WIDTH);
+  pl->identity = read_register(pl, ORBSOC_REG_IDENTITY);
   if (pl->bus_errors) return ORBSOC_PL_BUS_ERROR;
   return orbsoc_pl_reset(pl);
 }
@@ -147,14 +148,44 @@ orbsoc_pl_error orbsoc_pl_load_instruction(orbsoc_pl *pl, uint32_t place, const 
 }
 
 orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image) {
-  orbsoc_pl_error found = ORBSOC_PL_OK;
-  if (image->binary64 != pl->binary64 || image->address_bits != pl->address_bits || image->code_width != pl->code_width)
-    return ORBSOC_PL_WRONG_ENGINE;
-  for (uint32_t i = 0; i < image->template_count && found == ORBSOC_PL_OK; ++i)
-    found = orbsoc_pl_load_template(pl, i, image->templates[i]);
+  orbsoc_pl_error found = orbsoc_pl_load_begin(pl, image);
   for (uint32_t i = 0; i < image->lines && found == ORBSOC_PL_OK; ++i)
     found = orbsoc_pl_load_line(pl, i, image->microcode + (size_t)ORBSOC_PIECES(pl->code_width) * i);
-  if (found == ORBSOC_PL_OK) found = orbsoc_pl_set_words(pl, image->literal_addresses, image->literals, image->literal_count);
+  return found == ORBSOC_PL_OK ? orbsoc_pl_load_end(pl, image) : found;
+}
+
+orbsoc_pl_error orbsoc_pl_load_begin(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  orbsoc_pl_error found = ORBSOC_PL_OK;
+  if (image->identity != pl->identity || image->binary64 != pl->binary64 || image->address_bits != pl->address_bits ||
+      image->code_width != pl->code_width)
+    return ORBSOC_PL_WRONG_ENGINE;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  write_register(pl, ORBSOC_REG_DIGEST, 0u);
+  orbsoc_pl_barrier();
+  for (uint32_t i = 0; i < image->template_count && found == ORBSOC_PL_OK; ++i)
+    found = orbsoc_pl_load_template(pl, i, image->templates[i]);
+  return found;
+}
+
+/* Literals as they are in storage. */
+static orbsoc_pl_error literals_there(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  for (size_t i = 0; i < image->literal_count; ++i) {
+    uint64_t word = 0;
+    const orbsoc_pl_error found = orbsoc_pl_get_words(pl, image->literal_addresses + i, &word, 1);
+    if (found != ORBSOC_PL_OK) return found;
+    if (word != image->literals[i]) return ORBSOC_PL_WRONG_PROGRAM;
+  }
+  return ORBSOC_PL_OK;
+}
+
+orbsoc_pl_error orbsoc_pl_load_end(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  orbsoc_pl_error found = orbsoc_pl_set_words(pl, image->literal_addresses, image->literals, image->literal_count);
+  if (found != ORBSOC_PL_OK) return found;
+  orbsoc_pl_barrier();
+  (void)orbsoc_pl_read(pl->memories + ORBSOC_REGION_STORAGE); /* comes behind all that was written */
+  orbsoc_pl_barrier();
+  if (read_register(pl, ORBSOC_REG_DIGEST) != image->digest) return ORBSOC_PL_WRONG_PROGRAM;
+  found = literals_there(pl, image);
   return found == ORBSOC_PL_OK ? orbsoc_pl_load_tables(pl, image) : found;
 }
 

@@ -56,7 +56,8 @@ typedef enum {
   ORBSOC_PL_WRONG_ENGINE = 19,   /* the image was made for another engine */
   ORBSOC_PL_OUT_OF_RANGE = 20,   /* an address, a number or a control program beyond what the engine has */
   ORBSOC_PL_NOT_AT_REST = 21,    /* a launch is out, or there is none to wait for */
-  ORBSOC_PL_BUS_ERROR = 22       /* orbsoc_pl_on_bus_error was called */
+  ORBSOC_PL_BUS_ERROR = 22,      /* orbsoc_pl_on_bus_error was called */
+  ORBSOC_PL_WRONG_PROGRAM = 23   /* the memories do not hold what the image says */
 } orbsoc_pl_error;
 
 /* A stage as the registers know it; masks have a bit for each buffer. */
@@ -91,6 +92,8 @@ typedef struct {
   uint32_t segment_count;
   const orbsoc_pl_instruction *instructions; /* of the control program; none without resident control */
   uint32_t instruction_count;
+  uint32_t identity; /* of the engine that it was made for */
+  uint32_t digest;   /* as the PL makes it of templates and lines, each in their order */
 } orbsoc_pl_image;
 
 /* Where the words of a buffer lie: its word `indices[i]` at storage address `addresses[i]`. Others have no place on the PL. */
@@ -104,7 +107,7 @@ typedef struct {
 /* One PL. Fields are the driver's; the caller may read `sequence`, `valid` and the engine's sizes. */
 typedef struct {
   uintptr_t registers, memories;
-  uint32_t engine, binary64, address_bits, code_bits, code_width; /* as the PL says */
+  uint32_t engine, binary64, address_bits, code_bits, code_width, identity; /* as the PL says */
   uint32_t flag_words;
   uint32_t sequence;       /* of the last frame */
   uint64_t valid, written; /* flags as last read; buffers ever written */
@@ -123,8 +126,14 @@ orbsoc_pl_error orbsoc_pl_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t mem
  * launch: until then it counts as out, since the PL may still be busy. */
 orbsoc_pl_error orbsoc_pl_reset(orbsoc_pl *pl);
 
-/* Microcode, templates, literals, table of segments and control program: all of an image, or one of them. */
+/* Microcode, templates, literals, table of segments and control program: all of an image, or one of them. An image of another
+ * engine is WRONG_ENGINE before anything is written. What came to be in the memories is compared with the image: microcode
+ * and templates by the PL's own digest, literals word by word; WRONG_PROGRAM where it differs. */
 orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image);
+
+/* The same in two halves, for a loader that moves the lines between them, in their order: by DMA, say. */
+orbsoc_pl_error orbsoc_pl_load_begin(orbsoc_pl *pl, const orbsoc_pl_image *image);
+orbsoc_pl_error orbsoc_pl_load_end(orbsoc_pl *pl, const orbsoc_pl_image *image);
 orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces);
 orbsoc_pl_error orbsoc_pl_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word);
 orbsoc_pl_error orbsoc_pl_load_segment(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment);

@@ -94,7 +94,7 @@ const char *orbsoc_pl_event_name(uint32_t event) {
       "none", "launch while busy", "unacknowledged interrupt", "spurious acknowledge", "write out of order",
       "wrong segment", "wrong sequence", "read before valid", "invalid access"};
   static const char *const found[] = {"lost interrupt", "launch timeout", "lost write", "wrong engine", "out of range",
-                                      "not at rest", "bus error"};
+                                      "not at rest", "bus error", "wrong program"};
   if (event < sizeof names / sizeof names[0]) return names[event];
   if (event >= 16u && event < 16u + sizeof found / sizeof found[0]) return found[event - 16u];
   switch (event) {

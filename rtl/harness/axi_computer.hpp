@@ -60,6 +60,7 @@ class AxiComputer {
   void write_register(uint16_t address, uint32_t value) { orbsoc_pl_write(REGISTERS + address, value); }
   uint32_t read_register(uint16_t address) { return orbsoc_pl_read(REGISTERS + address); }
   bool interrupt() const { return dut.irq; }
+  uint32_t identity() { return orbsoc_pl_read(REGISTERS + ORBSOC_REG_IDENTITY); }
   uint32_t counted() const { return dut.axi_engine->cycles; }
   void set_gaps(uint32_t, uint32_t) { throw std::runtime_error("no fetch gaps behind AXI"); }
 

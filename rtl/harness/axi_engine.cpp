@@ -1,6 +1,7 @@
 // A session (session.hpp) with the engine behind AXI, whose PS is the driver in C: axi_engine - . Beside the session's commands:
 //   image_template WORD | image_line WORD | image_literal ADDRESS WORD | image_segment MODULE START READS WRITES STALES |
 //   image_instruction WORD FLAG        ok       the next one of the image
+//   image_identity WORD | image_digest WORD     ok       of the image
 //   load                               ERROR    of the image
 //   publish NUMBER | launch NUMBER | attempt ENTRY CLOSING WRITTEN | stop | rest      ERROR
 //   poll BUDGET                        ERROR    decimal
@@ -72,6 +73,8 @@ class DriverSession : public Session<AxiComputer> {
       orbsoc_pl_segment one{};
       if (!(words >> one.module >> one.start >> one.reads >> one.writes >> one.stales)) return false;
       segments.push_back(one);
+    } else if (part == "identity" || part == "digest") {
+      if (!(words >> (part == "identity" ? identity : digest))) return false;
     } else if (part == "instruction") {
       orbsoc_pl_instruction one{};
       if (!(words >> one.word >> one.flag)) return false;
@@ -87,7 +90,7 @@ class DriverSession : public Session<AxiComputer> {
     const orbsoc_pl_image image = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(),
                                 uint32_t(microcode.size() / pieces), templates.data(), uint32_t(templates.size()),
                                 literal_addresses.data(), literals.data(), literals.size(), segments.data(),
-                                uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size())};
+                                uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size()), identity, digest};
     return orbsoc_pl_load(&computer.pl, &image);
   }
   bool with_segment(const std::string &command, std::istringstream &words) {
@@ -144,6 +147,7 @@ class DriverSession : public Session<AxiComputer> {
   std::vector<uint64_t> literals;
   std::vector<orbsoc_pl_segment> segments;
   std::vector<orbsoc_pl_instruction> instructions;
+  uint32_t identity = 0, digest = 0;
 };
 
 }  // namespace

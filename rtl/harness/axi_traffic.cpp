@@ -1,8 +1,11 @@
 // Random traffic on both AXI slaves (axi_slaves.sv), with back-pressure on every channel, against plain models of engine and
 // memories: axi_slaves SEED CLOCKS [+NAME]. Prints a count a line of what was done, and what was wrong; exits 0 if nothing was.
+// axi_slaves timing: clocks of bursts of 16 beats on which no side waits, from the address to the answer, both included, and the
+// digest of each that writes microcode.
 //   Each register access reaches the bus once, in order, before it is answered, with its data.
 //   A burst that is not refused writes its words once, in order, and nothing else; reads see what was answered before.
 //   A burst that meets the engine idle all the time is taken, one that meets it running is refused without effect.
+//   While a register read waits, few register writes go before it.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -17,10 +20,12 @@
 namespace {
 
 using Built = Vaxi_slaves_axi_slaves;
-constexpr uint16_t RESET = ORBSOC_REG_RESET, ENGINE = ORBSOC_REG_ENGINE, SIZES = ORBSOC_REG_SIZES, CYCLES = ORBSOC_REG_CYCLES;
-constexpr uint32_t ENGINE_WORD = 0x01010184, SIZES_WORD = 0x12345678, SLVERR = 2;
+constexpr uint16_t RESET = ORBSOC_REG_RESET, ENGINE = ORBSOC_REG_ENGINE, SIZES = ORBSOC_REG_SIZES, CYCLES = ORBSOC_REG_CYCLES,
+                   IDENTITY = ORBSOC_REG_IDENTITY, DIGEST = ORBSOC_REG_DIGEST;
+constexpr uint32_t ENGINE_WORD = 0x01010184, SIZES_WORD = 0x12345678, IDENTITY_WORD = 0x23456789, SLVERR = 2;
 constexpr uint64_t LAG = 4;       // clocks after the engine's end in which it may still count as running
 constexpr uint64_t PATIENCE = 3000;  // clocks without an answer that is owed
+constexpr uint32_t OVERTAKING = 2;   // register writes that may go before a read: one on its way, and one in turn
 
 struct LiteWrite {
   uint16_t address;
@@ -33,11 +38,7 @@ class Traffic {
   Traffic(uint32_t seed, uint64_t clocks) : random(seed), sizes(built()), engine(sizes, seed), assembly(sizes), end(clocks) {}
 
   bool run() {
-    dut.reset = 1;
-    dut.lite_awvalid = dut.lite_wvalid = dut.lite_arvalid = dut.awvalid = dut.wvalid = dut.arvalid = 0;
-    dut.lite_bready = dut.lite_rready = dut.bready = dut.rready = 0;
-    for (int i = 0; i < 5; ++i) clock_edge();
-    dut.reset = 0;
+    reset();
     const uint64_t start = now;
     while (now < start + end || owes()) {
       if (now % 512 == 0) choose_rates();
@@ -57,7 +58,58 @@ class Traffic {
     return faults.empty() && engine.faults.empty() && lite.faults.empty() && burst.faults.empty();
   }
 
+  bool timing() {
+    reset();
+    for (double &rate : offer) rate = 1.0;
+    for (double &rate : take) rate = 1.0;
+    const struct { const char *what; uint32_t memory, size; bool read; } kinds[] = {
+        {"storage written by 8 bytes", STORAGE, 3, false}, {"storage written by 4 bytes", STORAGE, 2, false},
+        {"microcode written by 8 bytes", CODE, 3, false}, {"microcode written by 4 bytes", CODE, 2, false},
+        {"storage read by 8 bytes", STORAGE, 3, true}};
+    for (const auto &kind : kinds) {
+      Burst b{};
+      b.address = uint64_t(kind.memory) << Built::REGION_BITS;
+      b.len = 15;
+      b.size = kind.size;
+      b.kind = 1;
+      for (uint32_t i = 0; i < 16; ++i) {
+        b.data.push_back(i);
+        b.strobes.push_back(kind.size == 3 ? 0xff : i % 2 ? 0xf0 : 0x0f);
+      }
+      if (kind.memory == CODE) access(DIGEST, true);
+      if (kind.read) read_address.push_back(b), reads.push_back(b);
+      else write_address.push_back(b), writes.push_back(b);
+      for (uint32_t i = 0; i < 16 && !kind.read; ++i) write_data.push_back({b.data[i], b.strobes[i], i == 15});
+      settle();
+      std::printf("clocks %s %" PRIu64 "\n", kind.what, last_answer - accepted + 1);
+      if (kind.memory != CODE) continue;
+      access(DIGEST, false);
+      std::printf("digest %s %" PRIu32 "\n", kind.what, digest);
+    }
+    for (const auto *list : {&faults, &engine.faults, &lite.faults, &burst.faults})
+      for (const auto &line : *list) std::printf("fault %s\n", line.c_str());
+    return faults.empty() && engine.faults.empty() && lite.faults.empty() && burst.faults.empty();
+  }
+
  private:
+  void settle() {
+    for (int i = 0; i < 200 && owes(); ++i) step();
+    if (owes()) fault("no answer");
+  }
+  // One register access to its end.
+  void access(uint16_t address, bool write) {
+    const LiteWrite w{address, 0, 15};
+    if (write) lite_address.push_back(w), lite_data.push_back(w), lite_writes.push_back(w);
+    else lite_read_address.push_back(address), lite_reads.push_back(address);
+    settle();
+  }
+  void reset() {
+    dut.reset = 1;
+    dut.lite_awvalid = dut.lite_wvalid = dut.lite_arvalid = dut.awvalid = dut.wvalid = dut.arvalid = 0;
+    dut.lite_bready = dut.lite_rready = dut.bready = dut.rready = 0;
+    for (int i = 0; i < 5; ++i) clock_edge();
+    dut.reset = 0;
+  }
   static Sizes built() {
     uint64_t template_bits = 0;
     while (ORBSOC_TEMPLATES >> template_bits > 1) ++template_bits;
@@ -83,15 +135,15 @@ class Traffic {
     if (lite_address.size() + lite_data.size() < 6 && chance(create_rate)) {
       LiteWrite w{uint16_t(below(0x2000) & (below(4) ? ~3u : ~0u)), draw(), 15};
       if (chance(launch_rate)) w = {ORBSOC_REG_CONTROL, 1, 15};
-      else if (chance(0.03)) w = {RESET, draw(), 15};
+      else if (chance(0.03)) w = {chance(0.3) ? DIGEST : RESET, draw(), 15};
       if (chance(0.1)) w.strobes = uint8_t(below(15));
       lite_address.push_back(w);
       lite_data.push_back(w);
       lite_writes.push_back(w);
     }
     if (lite_reads.size() < 3 && chance(create_rate)) {
-      const uint16_t places[] = {ORBSOC_REG_STATUS, ORBSOC_REG_STATUS, ENGINE, SIZES, CYCLES, uint16_t(below(0x10000))};
-      lite_read_address.push_back(places[below(6)]);
+      const uint16_t places[] = {ORBSOC_REG_STATUS, ORBSOC_REG_STATUS, ENGINE, SIZES, CYCLES, IDENTITY, DIGEST, uint16_t(below(0x10000))};
+      lite_read_address.push_back(places[below(8)]);
       lite_reads.push_back(lite_read_address.back());
     }
     if (writes.size() < 4 && chance(create_rate)) {
@@ -141,7 +193,7 @@ class Traffic {
       b.data.push_back(uint64_t(draw()) << 32 | draw());
       b.strobes.push_back(b.size == 2 ? ((b.address / 4 + i) % 2 ? 0xf0 : 0x0f) : 0xff);
     }
-    if (b.len && b.size == 2 && b.kind == 1 && chance(0.3)) {  // in two bursts, a word begun in the first ended in the second
+    if (b.len && b.size == 2 && b.kind == 1 && chance(0.4)) {  // in two bursts, a word begun in the first ended in the second
       Burst rest = b;
       const uint32_t first = 1 + below(b.len);
       rest.address += 4 * first;
@@ -152,7 +204,9 @@ class Traffic {
       b.len = first - 1;
       b.data.resize(first);
       b.strobes.resize(first);
-      return {b, rest};
+      std::vector<Burst> all{b, rest};  // the rest again, perhaps after a run: it completes no word that began before
+      if (chance(0.7)) all.insert(all.end(), 1 + below(4), rest);
+      return all;
     }
     if (chance(0.08)) b.strobes[below(b.strobes.size())] &= 0xf0;
     if (chance(0.04)) b.strobes[below(b.strobes.size())] = uint8_t(draw());
@@ -241,6 +295,8 @@ class Traffic {
     if (dut.bus_write && dut.bus_read) fault("a read and a write on the bus at once");
     if (dut.host_write && dut.host_read) fault("a read and a write of storage at once");
     if (dut.bus_write) engine.bus_write(dut.bus_address, dut.bus_value, now);
+    if (lite_asked.empty() || dut.lite_rvalid) overtaken = 0;
+    else if (dut.bus_write && ++overtaken > OVERTAKING) fault("register writes before a read that waits");
     if (dut.bus_read) engine.bus_read(dut.bus_address, dut.bus_answer, now);
     if (dut.host_write) {
       engine.host_write(dut.host_address, dut.host_word, now);
@@ -282,7 +338,7 @@ class Traffic {
     if (dut.lite_bvalid && dut.lite_bready && !lite_writes.empty()) {
       const LiteWrite w = lite_writes.front();
       lite_writes.pop_front();
-      const bool whole = w.strobes == 15, forwarded = whole && w.address != RESET;
+      const bool whole = w.strobes == 15, forwarded = whole && w.address != RESET && w.address != DIGEST;
       if ((dut.lite_bresp == SLVERR) == whole) fault("a register write's response");
       if (whole && w.address == RESET && (w.value & 1)) ++resets_wanted;
       if (forwarded) {
@@ -293,7 +349,7 @@ class Traffic {
       } else if (engine.writes.size() != lite_taken) {
         fault("a register write on the bus that must not be there");
       }
-      answered(!whole ? "register writes with strobes missing" : forwarded ? "register writes" : "writes to RESET");
+      answered(!whole ? "register writes with strobes missing" : forwarded ? "register writes" : w.address == RESET ? "writes to RESET" : "writes to DIGEST");
     }
     if (dut.lite_rvalid && dut.lite_rready && !lite_reads.empty() && !lite_asked.empty()) {
       const uint16_t address = lite_reads.front();
@@ -301,10 +357,11 @@ class Traffic {
       lite_reads.pop_front();
       lite_asked.pop_front();
       if (dut.lite_rresp != 0) fault("a register read's response");
-      const bool own = address == ENGINE || address == SIZES || address == CYCLES;
+      const bool own = address == ENGINE || address == SIZES || address == CYCLES || address == IDENTITY || address == DIGEST;
       if (own) {
-        const uint32_t word = address == ENGINE ? ENGINE_WORD : SIZES_WORD;
-        if (address == CYCLES ? dut.lite_rdata < asked || dut.lite_rdata > now : dut.lite_rdata != word) fault("a wrapper's register");
+        const uint32_t word = address == ENGINE ? ENGINE_WORD : address == SIZES ? SIZES_WORD : IDENTITY_WORD;
+        if (address == DIGEST) digest = dut.lite_rdata;
+        else if (address == CYCLES ? dut.lite_rdata < asked || dut.lite_rdata > now : dut.lite_rdata != word) fault("a wrapper's register");
       } else if (engine.reads.size() != lite_read_taken + 1) {
         fault("a register read that reached the bus other than once");
       } else {
@@ -329,12 +386,12 @@ class Traffic {
 
   void burst_channels() {
     if (dut.awvalid && dut.awready) {
-      write_since.push_back(now);
+      write_since.push_back(accepted = now);
       pop(write_address, 3);
     }
     if (dut.wvalid && dut.wready) pop(write_data, 4);
     if (dut.arvalid && dut.arready) {
-      read_since.push_back(now);
+      read_since.push_back(accepted = now);
       pop(read_address, 5);
       beat = 0;
     }
@@ -405,7 +462,7 @@ class Traffic {
   EngineModel engine;
   Assembly assembly;
   Monitor lite{"AXI4-Lite"}, burst{"AXI4"};
-  uint64_t end, now = 100, last_answer = 100, reset_since = 0;
+  uint64_t end, now = 100, last_answer = 100, reset_since = 0, accepted = 0;
   double offer[6] = {}, take[4] = {}, create_rate = 0.1, launch_rate = 0.1;
   bool valid[6] = {}, was_reset = true;
 
@@ -421,7 +478,7 @@ class Traffic {
   std::deque<Beat> write_data;
   std::vector<Commit> commits;
   std::map<uint64_t, bool> running_at;
-  uint32_t beat = 0;
+  uint32_t beat = 0, overtaken = 0, digest = 0;
   uint64_t lite_taken = 0, lite_read_taken = 0, resets = 0, resets_wanted = 0;
   std::map<std::string, uint64_t> done;
   std::vector<std::string> faults;
@@ -431,8 +488,9 @@ class Traffic {
 
 int main(int argc, char **argv) {
   Verilated::commandArgs(argc, argv);  // a test's RTL may ask for a +NAME
+  if (argc == 2 && std::string(argv[1]) == "timing") return Traffic(1, 0).timing() ? 0 : 1;
   if (argc < 3) {
-    std::fprintf(stderr, "usage: axi_slaves SEED CLOCKS [+NAME]\n");
+    std::fprintf(stderr, "usage: axi_slaves SEED CLOCKS [+NAME], or axi_slaves timing\n");
     return 2;
   }
   return Traffic(uint32_t(std::atoi(argv[1])), uint64_t(std::atoll(argv[2]))).run() ? 0 : 1;

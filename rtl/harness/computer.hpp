@@ -2,12 +2,14 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "Vengine.h"
 #include "Vengine_engine.h"
+#include "contract.hpp"
 #include "orbsoc_registers.h"
 #include "rules.hpp"
 
@@ -122,6 +124,19 @@ class Computer {
   }
 
   bool interrupt() const { return dut.irq; }
+  // What axi_contract.sv says of an engine behind AXI, for one without; the host compares it with the program's.
+  uint32_t identity() const {
+    constexpr bool F64 = Built::FP == 64;
+    uint32_t hash = 0x811c9dc5;
+    for (const uint32_t word : std::initializer_list<uint32_t>{
+             1, Built::FP, Built::LANES, Built::DIVIDERS, Built::BANKS, Built::CLUSTERS, Built::ADDRESS_BITS, Built::SEQUENCER == 1,
+             F64 ? F64_ADD_CYCLES : F32_ADD_CYCLES, F64 ? F64_MUL_CYCLES : F32_MUL_CYCLES, F64 ? F64_DIV_CYCLES : F32_DIV_CYCLES,
+             F64 ? F64_SQRT_CYCLES : F32_SQRT_CYCLES, F64 ? F64_DIV_INTERVAL_CYCLES : F32_DIV_INTERVAL_CYCLES,
+             F64 ? F64_SQRT_INTERVAL_CYCLES : F32_SQRT_INTERVAL_CYCLES, SIMPLE_CYCLES, READ_CYCLES, WRITE_CYCLES, STARTUP_CYCLES,
+             DECODE_CYCLES, HEADERS_AHEAD, SHORT_BITS, TEMPLATE_BITS, TEMPLATE_WIDTH})
+      hash = (hash ^ word) * 16777619;
+    return hash;
+  }
   uint32_t counted() const { return dut.cycles; }  // by the engine's own counter
 
   // Fetch gaps: one step of a xorshift per cycle in which fetch is wanted.

@@ -102,10 +102,11 @@ bool execute(Computer &computer, const Run &run, std::vector<uint64_t> &storage)
 }  // namespace
 
 int main(int argc, char **argv) {
+  Verilated::commandArgs(argc, argv);  // a test's RTL may ask for a +NAME
   bool good = argc > 1;
   if (!good) std::fprintf(stderr, "usage: engine FILE ... | engine -\n");
   try {
-    if (argc == 2 && std::string(argv[1]) == "-") return std::make_unique<Session<Computer>>()->run(std::cin) ? 0 : 2;
+    if (argc > 1 && std::string(argv[1]) == "-") return std::make_unique<Session<Computer>>()->run(std::cin) ? 0 : 2;
     for (int i = 1; i < argc; ++i) {
       const Case c = CaseReader(argv[i]).read();
       check_case(c);

@@ -1,6 +1,7 @@
 // Session over a pipe, so that any program can be the engine's PS: `engine -`. One command a line, one answer
 // line each; numbers are hexadecimal but for counts.
 //   reset                    ok
+//   identity                 WORD       of the engine: its programs' must be the same
 //   template INDEX WORD      ok
 //   code ADDRESS WORD        ok         a line of microcode
 //   set ADDRESS WORD         ok         a word of storage, while nothing runs
@@ -56,7 +57,7 @@ template <class Computer> class Session {
     std::string second = "0";
     const bool decimal = command == "gaps" || command == "wait";
     if (answer_more(command, words)) return true;
-    const bool alone = command == "reset" || command == "violations" || command == "clocks" || command == "segments";
+    const bool alone = command == "reset" || command == "violations" || command == "clocks" || command == "segments" || command == "identity";
     if (!alone && !(words >> (decimal ? std::dec : std::hex) >> first)) return false;
     if (!alone && command != "get" && command != "read" && command != "wait" && !(words >> second)) return false;
     if (command == "get") return print_hex(computer.read_word(first));
@@ -65,6 +66,7 @@ template <class Computer> class Session {
     if (command == "violations") return violations();
     if (command == "clocks") return clocks();
     if (command == "segments") return segments();
+    if (command == "identity") return print_hex(computer.identity());
     if (command == "reset") computer.reset();
     else if (command == "template") computer.load_template(first, second);
     else if (command == "code") computer.load_line(first, second);

@@ -36,6 +36,7 @@ from orbsoc.ps.registers import (
 )
 from orbsoc.rtl.c_image import placed
 from tests.flight.c_library import ROOT, STRICT, CSolver
+from tests.rtl.written_program import WrittenProgram
 
 REGISTERS, MEMORIES = 0x4000_0000, 0x8000_0000
 _READ = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_size_t)
@@ -54,7 +55,8 @@ class StandIn:
         self.method = placed(None if resident else modules, resident=resident)
         alone = tuple((stage,) for stage, info in _core.stages().items() if info.module in modules)
         program = pl_program(problem, settings, engine, None, self.control.streams if self.control else alone)
-        self.homes = _core.program_image(program.core, "flat").homes
+        image = _core.program_image(program.core, "flat")
+        self.homes = image.homes
         self.fp = engine.fp
         self.numbers = _core.ExactEngine(problem, settings, engine.fp)
         self.storage: dict[int, int] = {}
@@ -72,7 +74,10 @@ class StandIn:
             int(Wrapper.ENGINE): engine_word,
             int(Wrapper.SIZES): sum(SIZES_FIELDS[name].put(value) for name, value in sizes.items()),
             int(Wrapper.CYCLES): 0,
+            int(Wrapper.IDENTITY): image.identity,
         }
+        self._pieces = -(-width // 32)
+        self._program = WrittenProgram()
         self.reset()
 
     def reset(self) -> None:
@@ -111,6 +116,8 @@ class StandIn:
         address -= REGISTERS
         if address in self.constants:
             return self.constants[address]
+        if address == Wrapper.DIGEST:
+            return self._program.digest
         if address == Register.STATUS and not self.silent:
             self.port.tick()
         return self.port.read(address)
@@ -121,12 +128,16 @@ class StandIn:
             self._write_memory(address - MEMORIES, value)
         elif address - REGISTERS == Wrapper.RESET:
             self.reset()
+        elif address - REGISTERS == Wrapper.DIGEST:
+            self._program.clear()
         elif not TABLE <= address - REGISTERS < Wrapper.RESET:
             self.port.write(address - REGISTERS, value)
 
     def _write_memory(self, offset: int, value: int) -> None:
         if offset >= Region.MICROCODE:
             self.loads += offset == Region.MICROCODE
+            line, piece = divmod((offset - Region.MICROCODE) // 4, 1 << (self._pieces - 1).bit_length())
+            self._program.piece(Region.MICROCODE, line, value, last=piece == self._pieces - 1)
         elif self.fp == 32:
             self.storage[offset // 4] = value
         elif offset // 4 % 2 == 0:

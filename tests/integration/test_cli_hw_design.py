@@ -80,7 +80,7 @@ def test_a_search_is_resumed_and_never_mixed_with_another(searched: tuple[Path, 
         (("--ordering", "metis"), "`ordering` = 'metis': allowed are amd, nested_dissection, automatic"),
         (("--set", "pl.lanes=2"), "--lanes sets `pl.lanes`; use that one"),
         (("--lanes", "4", "--clusters", "8"), "--clusters 8 divides none of --lanes 4: no engine is left"),
-        (("--memories", "flash"), "`pl.microcode_memory.value` = 'flash'"),
+        (("--memories", "flash"), "`pl.microcode_memory` = 'flash'"),
         (("--set", "runtime.jitter_exponent=2.0"), "would do nothing here"),
     ],
 )

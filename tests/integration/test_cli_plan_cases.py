@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 import orbsoc.hw.deadlines as study
 from hw_model import load_partition, load_platform, speedup
 from hw_model.platform.platform_toml import to_toml
-from hw_model.timing.timeline import simulate
+from hw_model.report.run import simulate
 from orbsoc import Problem, PsScheduler
 from orbsoc.commands.app import app
 from orbsoc.conic.pattern import pattern_digest

@@ -191,8 +191,8 @@ def refusal(workload: Path, out: Path, *arguments: str) -> str:
         ),
         (("run", "{w}", "--set", "runtime.preset=linux"), "`runtime.preset` = 'linux' would do nothing here"),
         (
-            ("budget", "{w}", "--set", "link.dma_fixed_us=9.0"),
-            "`link.dma_fixed_us` = 9.0 would do nothing here",
+            ("budget", "{w}", "--set", "link.core_write_ns_per_byte=9.0"),
+            "`link.core_write_ns_per_byte` = 9.0 would do nothing here",
         ),
         (
             ("budget", "{w}", "--set", "pl.microcode_compression=8.0"),

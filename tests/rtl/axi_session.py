@@ -15,6 +15,7 @@ from orbsoc.ps.events import Kind
 from orbsoc.ps.program import ControlProgram
 from orbsoc.ps.registers import WORD_MASK, Control, Register
 from orbsoc.ps.segments import Method, Segment
+from orbsoc.rtl.digest import program_digest
 from orbsoc.rtl.session import RtlPort, RtlSession, control_words
 from orbsoc.rtl.validation import Format
 from tests.rtl.engine_sources import build
@@ -40,6 +41,7 @@ class AxiSession(RtlSession):
     def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
         """The image piece by piece to the harness, and from there by the driver to the PL."""
         assert program is not None
+        self._do([f"image_identity {image.identity:x}", f"image_digest {self._digest(image):x}"])
         self._do(f"image_template {word}" for word in image.templates)
         self._do(f"image_line {word}" for word in image.microcode)
         addresses, literals = image.literals
@@ -53,6 +55,14 @@ class AxiSession(RtlSession):
             f"image_instruction {word:x} {flag:x}" for word, flag in control_words(image, method, program)
         )
         assert self.driver("load") == 0
+
+    @staticmethod
+    def _digest(image: _core.ProgramImage) -> int:
+        width = 4 * len(image.microcode[0])
+        lines = [
+            [int(line, 16) >> low & WORD_MASK for low in range(0, width, 32)] for line in image.microcode
+        ]
+        return program_digest([int(word, 16) for word in image.templates], lines)
 
     def driver(self, command: str) -> int:
         """Have the driver do something; its error."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import shutil
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from orbsoc.ps.registers import (
 )
 from orbsoc.ps.segments import Segment
 from tests.rtl.engine_sources import RTL
+from tests.rtl.written_program import WrittenProgram
 
 DRIVER = RTL / "driver"
 STRICT = (
@@ -40,8 +41,11 @@ STRICT = (
     "-ffreestanding",
 )
 REGISTERS, MEMORIES = 0x4000_0000, 0x8000_0000
+IDENTITY = 0x1234_5678
+"""Of the board's engine, unless a test says otherwise."""
 OK = 0
 LOST_INTERRUPT, LAUNCH_TIMEOUT, LOST_WRITE, WRONG_ENGINE, OUT_OF_RANGE, NOT_AT_REST = range(16, 22)
+WRONG_PROGRAM = 23
 ERRORS: dict[int, type[ProtocolError]] = {int(fault): error for fault, error in ERROR_OF_FAULT.items()} | {
     LOST_INTERRUPT: LostInterrupt,
     LAUNCH_TIMEOUT: LaunchTimeout,
@@ -111,7 +115,7 @@ class Board:
 
     def __init__(
         self, made: Path, port: RegisterFile, *, binary64: bool = True, code_width: int = 100, resident: bool = True,
-        address_bits: int = 6, code_bits: int = 3,
+        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY,
     ) -> None:  # fmt: skip
         self.library = ctypes.CDLL(str(made))
         self.pl = ctypes.create_string_buffer(self.library.pl_size())
@@ -129,7 +133,11 @@ class Board:
             int(Wrapper.ENGINE): engine,
             int(Wrapper.SIZES): sum(SIZES_FIELDS[name].put(value) for name, value in sizes.items()),
             int(Wrapper.CYCLES): 77,
+            int(Wrapper.IDENTITY): identity,
         }
+        self.spoil: Callable[[int, int], tuple[int, int]] = lambda offset, value: (offset, value)
+        """What a write to the memories becomes on its way."""
+        self._program = WrittenProgram()
         self._hooks = _READ(self._read), _WRITE(self._write)
         for name, hook in zip(("read_hook", "write_hook"), self._hooks, strict=True):
             ctypes.c_void_p.in_dll(self.library, name).value = ctypes.cast(hook, ctypes.c_void_p).value
@@ -148,13 +156,17 @@ class Board:
         address -= REGISTERS
         if address in self._constants:
             return self._constants[address]
+        if address == Wrapper.DIGEST:
+            return self._program.digest
         value = self.port.read(address)
         self.accesses.append(("read", address, value))
         return value
 
     def _write(self, address: int, value: int) -> None:
         if address >= MEMORIES:
-            self._write_memory(address - MEMORIES, value)
+            self._write_memory(*self.spoil(address - MEMORIES, value))
+        elif address - REGISTERS == Wrapper.DIGEST:
+            self._program.clear()
         elif address - REGISTERS == Wrapper.RESET:
             self.resets += value
         elif TABLE <= address - REGISTERS < Wrapper.RESET:
@@ -185,6 +197,7 @@ class Board:
             self.refused.append(offset)
             return
         self._begun.append(value)
+        self._program.piece(region, word, value, last=piece == pieces - 1)
         if piece == pieces - 1:
             self.memories[region][word] = self._begun
             self._begun = []

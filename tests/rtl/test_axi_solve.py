@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import pytest
 
 import orbsoc.rtl.solve as rtl_solve
-from orbsoc.hw.schedules import Engine
+from orbsoc import _core
+from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.registers import (
     ENGINE_FIELDS,
     INSTRUCTION_FIELDS,
@@ -22,11 +24,12 @@ from orbsoc.ps.registers import (
     Status,
     Wrapper,
 )
+from orbsoc.rtl.digest import program_digest
 from orbsoc.rtl.solve import described, solve_on_rtl
 from orbsoc.rtl.solve_cases import SINGLE, TIGHT, TWO_LANES_F32
 from orbsoc.rtl.validation import ADDRESS_BITS, RtlError, problems
 from tests.rtl.axi_session import CODE_BITS, AxiSession, CDriver, InterruptedCDriver, built_behind_axi
-from tests.rtl.c_driver import LAUNCH_TIMEOUT, OK
+from tests.rtl.c_driver import LAUNCH_TIMEOUT, OK, WRONG_ENGINE, WRONG_PROGRAM
 from tests.rtl.engine_sources import RTL
 from tests.rtl.verilator import require_verilator
 
@@ -89,6 +92,15 @@ LINES = 600
 SEGMENT = 1
 
 
+WIDTH = 1 + (4 * ADDRESS_BITS + 4) + (3 * ADDRESS_BITS + 2)
+IDLE = program_digest([], [[0] * -(-WIDTH // 32)] * (LINES - 1) + [[1] + [0] * (-(-WIDTH // 32) - 1)])
+"""Digest of its microcode."""
+
+
+def say(session: AxiSession, identity: int, digest: int) -> None:
+    session.ask_all([f"image_identity {identity:x}", f"image_digest {digest:x}"])
+
+
 def load_idle_segment(session: AxiSession, instructions: Sequence[str] = ()) -> None:
     """A program of one segment that does nothing for a while, and a control program."""
     lines = [*["0"] * (LINES - 1), "1"]
@@ -97,6 +109,7 @@ def load_idle_segment(session: AxiSession, instructions: Sequence[str] = ()) -> 
         [f"image_segment {Module.PS:x} 0 0 0 0", f"image_segment {Module.MATRIX_UPDATE:x} 0 0 0 0"]
     )
     session.ask_all(f"image_instruction {instruction}" for instruction in instructions)
+    say(session, int(session.ask("identity"), 16), IDLE)
     assert session.driver("load") == OK
     assert session.driver("publish 0") == OK
 
@@ -114,6 +127,20 @@ def test_the_wrapper_says_which_engine_it_has(session: AxiSession) -> None:
     assert {name: field.of(sizes) for name, field in SIZES_FIELDS.items()} == {
         "address_bits": bits, "code_bits": CODE_BITS, "code_width": 1 + (4 * bits + 4) + (3 * bits + 2),
     }  # fmt: skip
+
+
+def test_a_program_of_another_engine_or_another_than_was_sent_is_refused(session: AxiSession) -> None:
+    load_idle_segment(session)
+    own = int(session.ask("identity"), 16)
+    for identity, digest, error in (
+        (own ^ 1, IDLE, WRONG_ENGINE), (own, IDLE ^ 1, WRONG_PROGRAM), (own, IDLE, OK),
+    ):  # fmt: skip
+        say(session, identity, digest)
+        assert session.driver("load") == error
+    other = _core.program_image(pl_program(SMALL, TIGHT, replace(ONE_LANE, banks=8)).core, "flat")
+    with pytest.raises(RtlError, match="1 lanes, 1 dividers, 8 banks in 1 clusters"):
+        session.require_engine_of(other)
+    _core.program_image(pl_program(SMALL, TIGHT, ONE_LANE).core, "flat").require_identity(own)
 
 
 def test_memories_are_refused_while_a_segment_runs_and_its_cycles_are_counted(session: AxiSession) -> None:

@@ -33,6 +33,9 @@ class Recorder(RtlSession):
         self.tables: list[tuple[int, int]] = []
         self.memories: dict[str, dict[int, int]] = {"template": {}, "code": {}, "set": {}}
 
+    def require_engine_of(self, image: _core.ProgramImage) -> None:
+        """There is no engine."""
+
     def write(self, address: int, value: int) -> None:
         self.tables.append((address, int(value)))
 
@@ -65,7 +68,7 @@ def test_a_program_as_c_is_the_one_of_the_python_session(
     width = 1 + (4 * ADDRESS_BITS + 4) + (3 * ADDRESS_BITS + 2) if form == "flat" else 64
     board = Board(
         library(tmp_path, beside=source.replace('#include "orbsoc.h"', "")), ProgrammableLogic(method, lambda _: 0),
-        binary64=engine.fp == 64, code_width=width, address_bits=ADDRESS_BITS, code_bits=14,
+        binary64=engine.fp == 64, code_width=width, address_bits=ADDRESS_BITS, code_bits=14, identity=image.identity,
     )  # fmt: skip
     assert board.open() == OK
     assert board.call("load", ctypes.c_void_p(ctypes.addressof(ctypes.c_char.in_dll(board.library, "small")))) == OK  # fmt: skip

@@ -4,12 +4,16 @@ goes wrong."""
 from __future__ import annotations
 
 import ctypes
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from orbsoc import _core
 from orbsoc.hw.emulation import resident_program
+from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
@@ -25,18 +29,23 @@ from orbsoc.ps.registers import (
     Register,
 )
 from orbsoc.ps.segments import Method, Segment
+from orbsoc.rtl.digest import program_digest
 from orbsoc.rtl.session import RtlSession
+from orbsoc.rtl.validation import Format
+from tests.integration.small_problem import small_problem
 from tests.ps.fake_engine import METHOD, FakeEngine, prepare
 from tests.ps.test_faults import FaultyRegisters, Perturbation, drop, flip, overtaken_by, repeat, untouched
 from tests.rtl.c_driver import (
     DRIVER,
     ERRORS,
+    IDENTITY,
     LAUNCH_TIMEOUT,
     LOST_INTERRUPT,
     NOT_AT_REST,
     OK,
     OUT_OF_RANGE,
     WRONG_ENGINE,
+    WRONG_PROGRAM,
     Board,
     CAttempt,
     CInstruction,
@@ -44,6 +53,8 @@ from tests.rtl.c_driver import (
     c_segment,
     library,
 )
+from tests.rtl.engine_sources import RTL
+from tests.rtl.verilator import require_verilator
 
 BUDGET = 5
 
@@ -261,6 +272,7 @@ class CImage(ctypes.Structure):
         ("literal_count", ctypes.c_size_t),
         ("segments", ctypes.POINTER(CSegment)), ("segment_count", ctypes.c_uint32),
         ("instructions", ctypes.POINTER(CInstruction)), ("instruction_count", ctypes.c_uint32),
+        ("identity", ctypes.c_uint32), ("digest", ctypes.c_uint32),
     ]  # fmt: skip
 
 
@@ -271,7 +283,7 @@ LITERALS = {3: 0x3FF0_0000_1234_5678, 63: 0x4000_0000_0000_0001}
 def image(**other: int) -> CImage:
     """A small image for the board of the tests."""
     segments = (CSegment * len(METHOD.segments))(*(c_segment(each, each.number) for each in METHOD.segments))
-    fields = {"binary64": 1, "address_bits": 6, "code_width": 100} | other
+    fields = {"binary64": 1, "address_bits": 6, "code_width": 100, "identity": IDENTITY} | other
     pieces = [piece for line in LINES for piece in line]
     return CImage(
         fields["binary64"], fields["address_bits"], fields["code_width"],
@@ -280,6 +292,7 @@ def image(**other: int) -> CImage:
         (ctypes.c_uint32 * len(LITERALS))(*LITERALS), (ctypes.c_uint64 * len(LITERALS))(*LITERALS.values()), len(LITERALS),
         segments, len(segments),
         (CInstruction * 2)(CInstruction(0x0100_0001, 5), CInstruction(0, 6)), 2,
+        fields["identity"], program_digest([7, 8, 9], LINES),
     )  # fmt: skip
 
 
@@ -310,6 +323,105 @@ def test_an_image_is_loaded_as_the_python_session_loads_it(made: Path) -> None:
     assert loads(made)
 
 
+SHAPES: tuple[tuple[dict[str, Any], Format], ...] = (
+    ({}, "flat"), ({}, "compressed"), ({"banks": 4}, "flat"), ({"banks": 8}, "flat"), ({"lanes": 2}, "flat"),
+    ({"lanes": 3}, "compressed"), ({"clusters": 4}, "compressed"), ({"dividers": 2}, "flat"), ({"fp": 32}, "flat"),
+    ({"address_bits": 11}, "flat"),
+)  # fmt: skip
+"""Ten engines, of which no two take each other's programs; some have lines of one width."""
+
+
+@pytest.fixture(scope="module")
+def identities() -> list[int]:
+    """Of the programs of one problem for each."""
+    return [own.identity for own in images()]
+
+
+def images() -> list[_core.ProgramImage]:
+    engines = [(Engine(**{"address_bits": 12, **shape}), form) for shape, form in SHAPES]
+    return [
+        _core.program_image(pl_program(small_problem(), None, engine).core, form) for engine, form in engines
+    ]
+
+
+def test_a_program_of_another_engine_is_refused_by_driver_and_host_before_anything_is_written(
+    made: Path,
+) -> None:
+    """Every pair of ten shapes."""
+    programs = images()
+    for here, engine in enumerate(programs):
+        board = Board(made, ProgrammableLogic(METHOD, FakeEngine().run), identity=engine.identity)
+        assert board.open() == OK
+        for there, program in enumerate(programs):
+            found = board.call("load", ctypes.byref(image(identity=program.identity)))
+            assert found == (OK if here == there else WRONG_ENGINE)
+            if here == there:
+                program.require_identity(engine.identity)
+                board.memories = {region: {} for region in Region}
+                board.tables = []
+            else:
+                with pytest.raises(_core.HardwareError, match="the program is of an engine of binary"):
+                    program.require_identity(engine.identity)
+                assert (board.tables, any(board.memories.values())) == ([], False)
+
+
+def test_the_rtl_has_the_same_identities(identities: list[int], tmp_path: Path) -> None:
+    require_verilator()
+    names = ("fp", "lanes", "dividers", "banks", "clusters", "address_bits")
+    own = {"fp": 64, "lanes": 4, "dividers": 1, "banks": 16, "clusters": 1, "address_bits": 12}
+    shows = "".join(
+        f'    $display("%h", axi_contract::identity({", ".join(str((own | shape)[name]) for name in names)}, {int(form == "compressed")}));\n'
+        for shape, form in SHAPES
+    )
+    (tmp_path / "shown.sv").write_text(
+        f"module shown;\n  initial begin\n{shows}    $finish;\n  end\nendmodule\n"
+    )
+    command = [
+        "verilator",
+        "--binary",
+        "-Wno-fatal",
+        f"-I{RTL}",
+        "--top-module",
+        "shown",
+        "--Mdir",
+        tmp_path / "made",
+    ]
+    subprocess.run([*command, RTL / "contract.sv", RTL / "axi" / "axi_contract.sv", tmp_path / "shown.sv"], check=True, capture_output=True)
+    done = subprocess.run([tmp_path / "made" / "Vshown"], check=True, capture_output=True, text=True)
+    assert [int(line, 16) for line in done.stdout.split() if len(line) == 8] == identities
+
+
+def flipped(at: int, bit: int) -> Callable[[int, int], tuple[int, int]]:
+    """A bit of what is written to one byte address."""
+    return lambda offset, value: (offset, value ^ (1 << bit if offset == at else 0))
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        flipped(Region.MICROCODE + 16, 3), flipped(Region.MICROCODE + 16 * 4 + 12, 31), flipped(Region.TEMPLATES + 4, 0),
+        flipped(Region.STORAGE + 8 * 3, 5),
+        lambda offset, value: (offset ^ (0x30 if Region.MICROCODE <= offset < Region.TEMPLATES else 0), value),
+    ],
+    ids=["a line", "its last piece", "a template", "a literal", "lines that change places"],
+)  # fmt: skip
+def test_a_program_that_is_not_what_was_sent_is_noticed(
+    made: Path, spoil: Callable[[int, int], tuple[int, int]]
+) -> None:
+    board = EngineBoard(made)
+    board.spoil = spoil
+    assert board.call("load", ctypes.byref(image())) == WRONG_PROGRAM
+    assert board.tables == []  # nothing can be launched
+    board.spoil = lambda offset, value: (offset, value)
+    assert board.call("load", ctypes.byref(image())) == OK
+
+
+def test_an_image_that_is_damaged_in_memory_is_noticed(made: Path) -> None:
+    board, damaged = EngineBoard(made), image()
+    damaged.microcode[7] ^= 1 << 20
+    assert board.call("load", ctypes.byref(damaged)) == WRONG_PROGRAM
+
+
 def test_words_of_binary32_lie_side_by_side(made: Path) -> None:
     board = Board(made, ProgrammableLogic(METHOD, FakeEngine().run), binary64=False)
     assert board.open() == OK
@@ -320,7 +432,7 @@ def test_words_of_binary32_lie_side_by_side(made: Path) -> None:
 
 def test_what_the_engine_would_refuse_never_reaches_the_bus(made: Path) -> None:
     board = EngineBoard(made)
-    for wrong in ({"binary64": 0}, {"address_bits": 7}, {"code_width": 99}):
+    for wrong in ({"binary64": 0}, {"address_bits": 7}, {"code_width": 99}, {"identity": IDENTITY ^ 1}):
         assert board.call("load", ctypes.byref(image(**wrong))) == WRONG_ENGINE
     line = (ctypes.c_uint32 * 4)()
     segment, instruction = ctypes.byref(CSegment()), ctypes.byref(CInstruction())
@@ -366,6 +478,10 @@ def test_after_a_fault_only_a_reset_leads_on(made: Path) -> None:
 # ---- a driver that is wrong in one place ----
 
 MUTATIONS = {
+    "identity not compared": ("image->identity != pl->identity || ", ""),
+    "digest not compared": ("if (read_register(pl, ORBSOC_REG_DIGEST) != image->digest) return ORBSOC_PL_WRONG_PROGRAM;", ""),
+    "literals not read back": ("if (word != image->literals[i]) return ORBSOC_PL_WRONG_PROGRAM;", ""),
+    "a digest that is not begun anew": ("  write_register(pl, ORBSOC_REG_DIGEST, 0u);\n", ""),
     "SEQUENCE before SEGMENT": (
         "  write_register(pl, ORBSOC_REG_SEGMENT, segment);\n  write_register(pl, ORBSOC_REG_SEQUENCE, pl->sequence);\n",
         "  write_register(pl, ORBSOC_REG_SEQUENCE, pl->sequence);\n  write_register(pl, ORBSOC_REG_SEGMENT, segment);\n",
@@ -385,7 +501,24 @@ MUTATIONS = {
 def conforms(made: Path) -> bool:
     """Whether a driver passes what the right one does."""
     board = EngineBoard(made)
-    return c_run(board, STEPS) == OK and board.accesses == ACCESSES and loads(made) and not differences(made)
+    whole = c_run(board, STEPS) == OK and board.accesses == ACCESSES and loads(made) and not differences(made)
+    return whole and refuses(made)
+
+
+def refuses(made: Path) -> bool:
+    """Whether a driver takes no program of another engine and no spoilt one, and after that the right one."""
+    board = EngineBoard(made)
+    found = [board.call("load", ctypes.byref(image(identity=1)))]
+    for spoil in (flipped(Region.MICROCODE + 16, 3), flipped(Region.STORAGE + 8 * 3, 5)):
+        board.spoil = spoil
+        found.append(board.call("load", ctypes.byref(image())))
+    board.spoil = lambda offset, value: (offset, value)
+    return [*found, board.call("load", ctypes.byref(image()))] == [
+        WRONG_ENGINE,
+        WRONG_PROGRAM,
+        WRONG_PROGRAM,
+        OK,
+    ]
 
 
 @pytest.mark.parametrize("name", MUTATIONS)

@@ -38,6 +38,40 @@ SOUND = {
     "overwritten as it is read": [Slot(Op("move", 1, 16), 0, LANE_0), Slot(Op("move", 16, 17), 0, LANE_1)],
 }
 
+# The low bit of an address names the cluster; lanes 0 and 1 lie in the first. All banks differ, so that only the network clashes.
+CLUSTERED = Machine(lanes=4, banks=8, clusters=2, address_bits=10)
+LANE_2 = 2
+BROKEN_BETWEEN = {
+    "read_conflict": [Slot(Op("move", 2, 17), 0, LANE_0), Slot(Op("move", 4, 19), 0, LANE_1)],
+    "write_conflict": [Slot(Op("move", 1, 16), 0, LANE_0), Slot(Op("move", 3, 18), 0, LANE_1)],
+}
+SOUND_BETWEEN = {
+    "one word for two lanes": [Slot(Op("move", 2, 17), 0, LANE_0), Slot(Op("move", 4, 17), 0, LANE_1)],
+    "a word from each": [Slot(Op("move", 2, 17), 0, LANE_0), Slot(Op("move", 3, 18), 0, LANE_2)],
+    "a result to each": [Slot(Op("move", 1, 16), 0, LANE_0), Slot(Op("move", 2, 19), 0, LANE_2)],
+}
+
+
+@pytest.fixture(scope="module")
+def between(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Answer]:
+    require_verilator()
+    case = Case(CLUSTERED)
+    for name, slots in {**BROKEN_BETWEEN, **SOUND_BETWEEN}.items():
+        case.add(name.replace(" ", "_"), encode(CLUSTERED, slots, 1), 1, MEMORY, {})
+    return run_case(case, tmp_path_factory.mktemp("between"))
+
+
+@pytest.mark.parametrize("rule", BROKEN_BETWEEN)
+def test_two_words_that_meet_between_clusters_are_asserted(rule: str, between: dict[str, Answer]) -> None:
+    assert rule in between[rule].violated
+
+
+@pytest.mark.parametrize("program", SOUND_BETWEEN)
+def test_what_the_network_between_clusters_carries_breaks_no_rule(
+    program: str, between: dict[str, Answer]
+) -> None:
+    assert between[program.replace(" ", "_")].violated == ()
+
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Answer]:

@@ -34,6 +34,7 @@ def budget(
         from hw_model.area.budget import budget as priced
         from hw_model.figures.area import area_figure
         from hw_model.report.best import chosen_partition
+        from hw_model.report.loading import loading
         from hw_model.report.remedies import remedies
         from hw_model.report.usage import BUDGET_USAGE, require_used
         from hw_model.vocabulary import count_of
@@ -47,6 +48,7 @@ def budget(
         reading = BUDGET_USAGE.of(record.trace, split, platform, cycles)
         require_used(chosen, [(platform, reading)])
         found = priced(record.trace, platform, split, cycles)
+        loads = loading(platform, found.programs)
         ways = remedies(record.trace, platform, split, cycles)
         title = f"{split.name} on {platform.name}, {count_of(platform.pl.lanes.value, 'lane')}"
         verdict = (
@@ -61,6 +63,7 @@ def budget(
             "fits": found.fits,
             "remedies": [asdict(remedy) for remedy in ways],
             **asdict(found),
+            "loading": asdict(loads),
             "assumptions": options.echoed(platform, reading),
         }
         folder = out or Path("out") / f"hw-budget-{record.name}"
@@ -75,6 +78,7 @@ def budget(
             ),
             f"storage {found.storage_words} words in three replicas: the buffers{_of_all(platform)}, and a quarter more as an allowance for temporaries",
             _microcode(found, platform),
+            loads.words,
             *(f"would fit: {remedy.words}" for remedy in ways),
             verdict,
         ]

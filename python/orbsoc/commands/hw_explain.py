@@ -35,8 +35,8 @@ def explain(
         from hw_model.figures.difference import difference_figure
         from hw_model.figures.gantt import iterations_figure
         from hw_model.report.explain import explain as compare
+        from hw_model.report.run import simulate
         from hw_model.report.usage import EXPLAIN_USAGE, require_used
-        from hw_model.timing.timeline import simulate
 
         _parts(a)
         platform, _, partition = _parts(b)
@@ -69,6 +69,7 @@ def explain(
             f" {(found.b_picoseconds - found.a_picoseconds) / 1e9:+10.3f}",
             found.headline,
             found.energy_line,
+            *found.computer_lines,
         ]
         options.print_report(lines, document, folder, as_json=as_json)
 

@@ -15,9 +15,11 @@ from .hw_progress import Progress
 
 if TYPE_CHECKING:
     from hw_model import Platform
+    from hw_model.report.bands import Band
     from hw_model.report.partition_verdict import Verdict
     from hw_model.report.study import Point, Study
     from hw_model.report.usage import ParameterUse
+    from hw_model.timing.limits import Limits
     from hw_model.timing.stage_cycles import StageCycles
     from orbsoc.hw.workload import Workload
 
@@ -174,7 +176,7 @@ def _lines(record: Workload, points: list[Point], front: list[Point], found: lis
         lines.append(
             f"{what}; fastest that fits: {best.partition}, {count_of(best.lanes, 'lane')} at"
             f" {best.pl_clock_mhz:g} MHz: {best.times_ms[0]:.3f} ms, speedup {ratio.nominal:.2f}×"
-            f" ({ratio.low:.2f}–{ratio.high:.2f}×), energy {best.energy.words}"
+            f" ({ratio.low:.2f}–{ratio.high:.2f}×), energy {best.energy.words}; {best.loading.words}"
         )
     beaten = [verdict for verdict in found if not verdict.optimal]
     for device in count:  # one of many computers of a device stands for it here; partition.json has them all
@@ -208,16 +210,13 @@ def _draw(
     one = [platform for platform in middle if platform.name == computers[-1].name]
     names = ("paper", "matrix_update+factorization+linear_solve", "factor_only")
     known = {(point.device, point.lanes, point.pl_clock_mhz, point.partition): point for point in points}
-    curves = {
-        name: {
-            platform.pl.lanes.value: (
-                known[platform.name, platform.pl.lanes.value, platform.pl.clock_mhz.value, name].speedup,
-                limits(record.trace, platform, load_partition(name), cycles),
-            )
-            for platform in one
-        }
-        for name in names
-    }
+
+    def curve(name: str, platform: Platform) -> tuple[Band, Limits]:
+        point = known[platform.name, platform.pl.lanes.value, platform.pl.clock_mhz.value, name]
+        split = load_partition(name)
+        return point.speedup, limits(record.trace, platform, split, cycles, point.budget.programs)
+
+    curves = {name: {platform.pl.lanes.value: curve(name, platform) for platform in one} for name in names}
     title = f"{one[0].name}, PL at {one[0].pl.clock_mhz.value:g} MHz"
     amdahl_figure(curves, title, folder / "amdahl.png")
     typical = min(one, key=lambda platform: abs(platform.pl.lanes.value - 4))

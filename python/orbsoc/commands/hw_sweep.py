@@ -152,7 +152,13 @@ def _line(point: Point) -> str:
         f"{point.device} {point.partition} {count_of(point.lanes, 'lane')} {point.pl_clock_mhz:g} MHz{settings}:"
         f" {point.times_ms[0]:.3f} ms, {point.energy.nominal_mj:.2f} mJ,"
         f" {point.budget.tightest.kind} at {100 * point.area_share:.0f} % of its ceiling"
+        f"{'' if point.budget.fits else ', DOES NOT FIT'}{_loads(point)}"
     )
+
+
+def _loads(point: Point) -> str:
+    """What the loads of a run take, where there are any."""
+    return f", of it {point.loading.plan_ms:.3f} ms loading programs" if point.loading.plan_ms else ""
 
 
 def _share(point: Point) -> float:

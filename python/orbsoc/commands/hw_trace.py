@@ -11,6 +11,7 @@ from .failures import exit_handling
 
 if TYPE_CHECKING:
     from hw_model import Timeline, Trace
+    from hw_model.area.budget import Budget
 
 
 def trace(
@@ -26,9 +27,11 @@ def trace(
     """Lay a recorded run out in time: trace.json for ui.perfetto.dev, gantt.png, and the record itself."""
     with exit_handling(as_json):
         from hw_model import simulate
+        from hw_model.area.budget import budget
         from hw_model.figures.gantt import gantt_figure
         from hw_model.platform.partition import load_partition
         from hw_model.report.best import chosen_partition
+        from hw_model.report.loading import loading
         from hw_model.report.perfetto import as_text, trace_events
         from hw_model.report.throughput import throughputs
         from hw_model.report.usage import TRACE_USAGE, require_used
@@ -48,6 +51,8 @@ def trace(
         require_used(chosen, [(computer, TRACE_USAGE.of(record.trace, split, platform, cycles))])
         rows = throughputs(record.trace, computer, split, load_partition("all_ps"), cycles)
         timeline = simulate(record.trace, platform, split, cycles)
+        area = budget(record.trace, computer, split, cycles)
+        loads = loading(computer, area.programs)
         folder = out or Path("out") / f"hw-trace-{record.name}"
         units = (
             exact_units(record.problems, record.settings)
@@ -72,16 +77,32 @@ def trace(
             f"modelled: {split.name} on {platform.name}, {record.origin}: {milliseconds:.3f} ms in"
             f" {len(timeline.segments)} segments; open trace.json in ui.perfetto.dev"
         ]
+        if split.uses_pl:
+            lines += [_verdict(area), loads.words]
         lines += [_of_groups(record.trace, copies)] if copies > 1 else []
         lines += [row.words for row in rows]
         if split.uses_pl:
             lines.append(_of_units(timeline) if units else NO_UNITS)
         options.print_report(
             lines,
-            document["otherData"] | {"folder": str(folder), "throughput": [asdict(row) for row in rows]},
+            document["otherData"]
+            | {
+                "folder": str(folder),
+                "throughput": [asdict(row) for row in rows],
+                "fits": area.fits,
+                "area": asdict(area),
+                "loading": asdict(loads),
+            },
             folder,
             as_json=as_json,
         )
+
+
+def _verdict(area: Budget) -> str:
+    """Whether there is such a computer at all."""
+    if area.fits:
+        return f"FITS: {area.words}"
+    return f"DOES NOT FIT, so no figure here is of a computer that can be built: {area.words}"
 
 
 def _of_groups(trace: Trace, copies: int) -> str:

@@ -259,11 +259,22 @@ def _scenario(path: Path, settings: Mapping[str, Any] | None) -> tuple[Mission, 
 
 
 def _overrides(problem: str | None, settings: list[str] | None) -> dict[str, Any]:
-    """Values by key of the scenario. Raises HwModelError for what is no pair or set twice."""
-    if problem is None:
-        return options.parsed_settings(settings, example="method.nodes=16")
-    taken = {"problem": "--problem"}
-    return {"problem": problem, **options.parsed_settings(settings, taken, example="method.nodes=16")}
+    """Values by key of the scenario. Raises HwModelError for what is no pair or set twice, and for a key of the computer."""
+    from hw_model import HwModelError
+
+    taken = None if problem is None else {"problem": "--problem"}
+    given = options.parsed_settings(settings, taken, example="method.nodes=16")
+    for key in given:
+        if key.partition(".")[0] in COMPUTER:
+            raise HwModelError(
+                f"--set '{key}={given[key]}': sets a key of the scenario, and this is one of the computer;"
+                " name a platform file (--device FILE.toml), or price the plan by `orbsoc hw trace` and its --set"
+            )
+    return given if problem is None else {"problem": problem, **given}
+
+
+COMPUTER = ("ps", "pl", "link", "runtime", "area", "energy", "resources")
+"""Tables of a platform; no scenario has one of these names."""
 
 
 def _default_folder(path: Path, scenario: BaseScenario) -> Path:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import hw_model
-from hw_model.area.budget import Budget, budget
+from hw_model.area.budget import Budget
 from hw_model.figures.gantt import gantt_figure
 from hw_model.platform.partition import BEST
 from hw_model.report.best import chosen_partition
@@ -46,8 +46,6 @@ class CycleBudget:
     deadline_ms: float | None
     exact: bool
     """Whether the PL's cycles are those of schedules, equal to the RTL, or estimated."""
-    area: Budget
-    """What the engine takes of the device."""
     timeline: hw_model.Timeline
     """The same run, piece by piece."""
     ordering: str = HOST
@@ -67,7 +65,16 @@ class CycleBudget:
         """The model's headline, and what it is about."""
         cycles = "" if self.report.estimated else f" {self.cycles} PL cycles;"
         order = "" if self.ordering == HOST else f" eliminated in the order {self.ordering};"
-        return f"{self.scope}, {self.report.headline};{cycles}{order} {self.fit}; {self.report.price_line}; {self.report.energy_line}"
+        fit = f" {self.fit};" if self.area.fits else ""
+        return (
+            f"{self.scope}, {self.report.headline};{cycles}{order}{fit} {self.report.price_line};"
+            f" {self.report.loading.words}; {self.report.energy_line}"
+        )
+
+    @property
+    def area(self) -> Budget:
+        """What the engine takes of the device."""
+        return self.report.area
 
     @property
     def cycles(self) -> str:
@@ -168,11 +175,8 @@ def cycle_budget(
     report = hw_model.speedup(
         work.trace, platform, split, deadline_ms=judged_ms, cycles=cycles, baseline_trace=host.trace
     )
-    area = budget(work.trace, platform, split, cycles)
-    if report.deadline is not None and not area.fits:
-        report = replace(report, deadline=replace(report.deadline, verdict="FAIL"))
     timeline = hw_model.simulate(work.trace, platform, split, cycles)
-    return CycleBudget(report, same_bits, deadline_ms, exact, area, timeline, ordering)
+    return CycleBudget(report, same_bits, deadline_ms, exact, timeline, ordering)
 
 
 def _solved_alike(subproblems: Sequence[SolvedProblem], other: Solve) -> bool:

@@ -210,7 +210,7 @@ def judge(
 ) -> DeadlineReport:
     """Price every case and judge them together. Raises hw_model.HwModelError for an impossible deadline."""
     from hw_model.report.bottleneck import bottleneck_of
-    from hw_model.timing.timeline import simulate
+    from hw_model.report.run import simulate
 
     check_deadline(deadline_ms)
     priced = tuple(_price(case, platform, partition, cycles_of(case)) for case in cases)
@@ -285,8 +285,8 @@ def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCy
     """Times of one case."""
     from hw_model import parse_trace
     from hw_model.report.prices import at_each_price
+    from hw_model.report.run import durations_of
     from hw_model.timing.actions import actions_of
-    from hw_model.timing.durations import Durations
     from hw_model.timing.timeline import makespan_picoseconds, tally_of
 
     time_ms = fast_ms = worst_ms = 0.0
@@ -294,7 +294,7 @@ def _price(case: Case, platform: Platform, partition: Partition, cycles: StageCy
         trace = parse_trace(case.trace)
         actions = actions_of(trace, partition)
         tally = tally_of(actions)
-        nominal = Durations(trace, platform, partition, cycles)
+        nominal = durations_of(trace, platform, partition, cycles)
         time_ms = makespan_picoseconds(actions, nominal, tally=tally) / 1e9
 
         def at(end: End) -> list[float]:

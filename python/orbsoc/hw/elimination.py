@@ -54,9 +54,9 @@ def ordered_run(
 ) -> OrderedRun:
     """The run of a workload whose segments have these cycles."""
     split = chosen_partition(partition, work.trace, platform, cycles)
-    durations = Durations(work.trace, platform, split, cycles)
-    fits = budget(work.trace, platform, split, cycles).fits
-    return OrderedRun(ordering, fits, makespan_picoseconds(actions_of(work.trace, split), durations))
+    area = budget(work.trace, platform, split, cycles)
+    durations = Durations(work.trace, platform, split, cycles, area.programs)
+    return OrderedRun(ordering, area.fits, makespan_picoseconds(actions_of(work.trace, split), durations))
 
 
 def in_order(work: Workload, ordering: str) -> Workload:

@@ -145,13 +145,18 @@ INSTRUCTION_FIELDS: Mapping[str, Field] = {
 
 
 class Wrapper(enum.IntEnum):
-    """Registers of rtl/axi, which never reach the engine. RESET takes 1: the engine's reset; the others are read."""
+    """Registers of rtl/axi, which never reach the engine. RESET takes 1: the engine's reset; DIGEST begins anew with any
+    write; the others are read."""
 
     RESET = 0x3000
     ENGINE = 0x3004
     SIZES = 0x3008
     CYCLES = 0x300C
     """Busy cycles of the segment that runs, or ran last, by the engine's own counter."""
+    IDENTITY = 0x3010
+    """One number for everything of the engine that a program depends on; the program's must be the same."""
+    DIGEST = 0x3014
+    """CRC-32 of the pieces of microcode and templates written since the last write to it, and of where they went."""
 
 
 ENGINE_FIELDS: Mapping[str, Field] = {

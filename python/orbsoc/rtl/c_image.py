@@ -15,6 +15,7 @@ from orbsoc.ps.program import ControlProgram
 from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Module
 from orbsoc.ps.segments import Method, Segment
 
+from .digest import program_digest
 from .session import control_words
 from .validation import Format
 
@@ -44,7 +45,9 @@ def c_source(
     image = _core.program_image(program.core, form)
     method = placed(modules, resident=resident)
     width = _code_width(program.engine, form)
-    pieces = [piece for line in image.microcode for piece in _pieces(int(line, 16), width)]
+    lines = [list(_pieces(int(line, 16), width)) for line in image.microcode]
+    templates = [int(word, 16) for word in image.templates]
+    pieces = [piece for line in lines for piece in line]
     addresses, literals = image.literals
     order = addresses.argsort()  # the map that they come from has none
     addresses, literals = addresses[order], literals[order]
@@ -53,7 +56,7 @@ def c_source(
     parts = [
         '#include "orbsoc.h"\n',
         _array("uint32_t", f"{name}_microcode", pieces),
-        _array("uint32_t", f"{name}_templates", (int(word, 16) for word in image.templates)),
+        _array("uint32_t", f"{name}_templates", templates),
         _array("uint32_t", f"{name}_literal_addresses", addresses.tolist()),
         _array("uint64_t", f"{name}_literals", literals.tolist()),
         _rows("orbsoc_pl_segment", f"{name}_segments", (_segment(each, image) for each in numbered)),
@@ -62,7 +65,8 @@ def c_source(
         f"  {int(program.engine.fp == 64)}u, {program.engine.address_bits}u, {width}u,\n"
         f"  {name}_microcode, {len(image.microcode)}u, {name}_templates, {len(image.templates)}u,\n"
         f"  {name}_literal_addresses, {name}_literals, {len(literals)}u,\n"
-        f"  {name}_segments, {len(numbered)}u, {name}_instructions, {len(instructions)}u,\n}};\n",
+        f"  {name}_segments, {len(numbered)}u, {name}_instructions, {len(instructions)}u,\n"
+        f"  {_number(image.identity)}, {_number(program_digest(templates, lines))},\n}};\n",
         *(_attempts(name, method, control) if control else ()),
         *_buffers(name, method, image),
     ]

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hw_model import load_platform
+from hw_model.report.run import simulate
 from hw_model.timing.control_program import members
 from hw_model.timing.stage_cycles import PlCycles
-from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import WORD_BYTES
 from orbsoc.hw.schedules import Engine

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
+import threading
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -36,6 +38,8 @@ Bits = NDArray[np.uint64]
 
 _AT_ONCE = 256
 """Commands sent before their answers are read: the answers must fit the pipe."""
+PATIENCE_S = 60.0
+"""Longest wait for an answer of the harness, and for the end of a launch: what runs on without one is stopped."""
 _CYCLES_PER_POLL = 10_000
 """How long one poll of the interrupt line lets the PL run, at most."""
 
@@ -64,15 +68,30 @@ def control_words(
 class RtlSession:
     """One running harness, an executable of `validation.built`; use it as a context.
 
-    Raises RtlError when the harness ends or answers what it should not.
+    Raises RtlError when the harness ends, answers what it should not, or does not answer within `patience_s`.
     """
 
-    def __init__(self, harness: Path) -> None:
+    def __init__(self, harness: Path, patience_s: float = PATIENCE_S, options: Sequence[str] = ()) -> None:
+        """`options`: +NAMEs that the RTL of a test asks for."""
+        self.patience_s = patience_s
+        self._asked_at: float | None = None
+        self._late = False
+        self._closed = threading.Event()
         self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115  # as long-lived as the session
         self._process = subprocess.Popen(
-            [harness, "-"],
+            [harness, "-", *options],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
         )  # fmt: skip
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def _watch(self) -> None:
+        """Stop the harness when an answer is late; the reader of the pipe then finds its end."""
+        while not self._closed.wait(min(1.0, self.patience_s)):
+            asked_at = self._asked_at
+            if asked_at is not None and time.monotonic() - asked_at > self.patience_s:
+                self._late = True
+                self._process.kill()
+                return
 
     def __enter__(self) -> Self:
         return self
@@ -80,6 +99,7 @@ class RtlSession:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._closed.set()
         self._process.kill()
         self._process.communicate()
         self._errors.close()
@@ -95,6 +115,7 @@ class RtlSession:
         waiting, answers = list(commands), list[str]()
         for first in range(0, len(waiting), _AT_ONCE):
             some = waiting[first : first + _AT_ONCE]
+            self._asked_at = time.monotonic()
             try:
                 pipe_in.write("\n".join(some) + "\n")
                 pipe_in.flush()
@@ -105,9 +126,13 @@ class RtlSession:
                 if not answer:
                     raise self._broken(command)
                 answers.append(answer)
+                self._asked_at = time.monotonic()
+        self._asked_at = None
         return answers
 
     def _broken(self, command: str) -> RtlError:
+        if self._late:
+            return RtlError(f"the RTL's session gave no answer to {command!r} within {self.patience_s:g} s")
         self._errors.seek(0)
         return RtlError(
             f"the RTL's session ended at {command!r}: {self._errors.read().strip() or 'no reason given'}"
@@ -125,7 +150,11 @@ class RtlSession:
         copies: int = 1,
     ) -> None:
         """Microcode, templates and literals of a program, and the table of the method's segments; the control program,
-        which reads the flags of as many `copies` of a problem as the segments work on."""
+        which reads the flags of as many `copies` of a problem as the segments work on.
+
+        Raises RtlError, with nothing written, for a program of another engine.
+        """
+        self.require_engine_of(image)
         self._do(f"template {k:x} {word}" for k, word in enumerate(image.templates))
         self._do(f"code {line:x} {word}" for line, word in enumerate(image.microcode))
         self.set_words(*image.literals)
@@ -136,6 +165,13 @@ class RtlSession:
         if program is not None:
             for place, (word, flag) in enumerate(control_words(image, method, program, copies)):
                 self.write_instruction(place, word, flag)
+
+    def require_engine_of(self, image: _core.ProgramImage) -> None:
+        """Raise RtlError unless the program was made for this engine."""
+        try:
+            image.require_identity(int(self.ask("identity"), 16))
+        except _core.HardwareError as error:
+            raise RtlError(str(error)) from error
 
     def write_segment(self, segment: Segment, start: int) -> None:
         """An entry of the table of segments; `start` is the first line of its microcode."""
@@ -200,6 +236,7 @@ class RtlPort:
         self.session = session
         self.busy: list[tuple[int, int]] = []
         self._segment = 0
+        self._launched_at = time.monotonic()
 
     @property
     def interrupt(self) -> bool:
@@ -210,6 +247,8 @@ class RtlPort:
         """Post one write; an acknowledgement notes what the engine's own counter says of the segment."""
         if address == Register.SEGMENT:
             self._segment = value
+        if address == Register.CONTROL:
+            self._launched_at = time.monotonic()
         if address == Register.IRQ_ACK:
             self.busy.append((self._segment, self.session.wait(0)[1]))
         self.session.write(address, value)
@@ -219,5 +258,9 @@ class RtlPort:
         return self.session.read(address)
 
     def tick(self) -> None:
-        """Let the PL run until its interrupt, or for as long as one poll lasts."""
+        """Let the PL run until its interrupt, or for as long as one poll lasts. Raises RtlError where no end is to be seen."""
+        if time.monotonic() - self._launched_at > self.session.patience_s:
+            raise RtlError(
+                f"the PL has not ended what it was launched for within {self.session.patience_s:g} s"
+            )
         self.session.wait(_CYCLES_PER_POLL)

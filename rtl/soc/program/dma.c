@@ -53,11 +53,11 @@ uint32_t dma_load(orbsoc_pl_device *device) {
   const orbsoc_pl_image *whole = device->parts->image;
   const uint32_t pieces = ORBSOC_PIECES(whole->code_width);
   const int contiguous = (pieces & (pieces - 1u)) == 0 && pieces >= 2 && (uintptr_t)whole->microcode % 8u == 0;
-  orbsoc_pl_image rest = *whole;
-  if (contiguous) rest.lines = 0;
   uint32_t found = (uint32_t)orbsoc_pl_open(&device->pl, device->registers, device->memories, ORBSOC_PL_BUFFERS);
-  if (found == ORBSOC_PL_OK) found = (uint32_t)orbsoc_pl_load(&device->pl, &rest);
-  if (found == ORBSOC_PL_OK && contiguous)
+  if (found != ORBSOC_PL_OK) return found;
+  if (!contiguous) return (uint32_t)orbsoc_pl_load(&device->pl, whole);
+  found = (uint32_t)orbsoc_pl_load_begin(&device->pl, whole);
+  if (found == ORBSOC_PL_OK)
     found = move((uintptr_t)whole->microcode, ORBSOC_REGION_MICROCODE, (size_t)pieces / 2u * whole->lines, 0);
-  return found;
+  return (found == ORBSOC_PL_OK) ? (uint32_t)orbsoc_pl_load_end(&device->pl, whole) : found;
 }

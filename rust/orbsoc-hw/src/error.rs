@@ -19,6 +19,8 @@ pub enum Error {
     Pattern { buffer: &'static str, found: usize, expected: usize },
     /// A problem that differs from the recorded one in more than its numbers: in a matrix, the cones or the absent rows.
     OtherPattern { part: &'static str },
+    /// A program on an engine that it was not made for.
+    OtherEngine { engine: String, expected: u32, found: u32 },
     /// A microcode word that no encoder writes.
     Damaged { word: usize, detail: String },
 }
@@ -47,6 +49,10 @@ impl fmt::Display for Error {
             Self::OtherPattern { part } => {
                 write!(f, "the words are those of a problem whose `{part}` has another pattern than the recorded one")
             }
+            Self::OtherEngine { engine, expected, found } => write!(
+                f,
+                "the program is of an engine of {engine} (identity {expected:08x}); this one has the identity {found:08x}"
+            ),
             Self::Damaged { word, detail } => write!(f, "microcode word {word}: {detail}"),
         }
     }

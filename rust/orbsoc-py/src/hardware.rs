@@ -18,7 +18,7 @@ pyo3::create_exception!(_core, HardwareError, PyValueError, "An engine that cann
 type Issued<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>, Bound<'py, PyArray1<u8>>);
 
 #[allow(clippy::needless_pass_by_value)] // the shape map_err wants
-fn unfit(error: orbsoc_hw::Error) -> PyErr {
+pub fn unfit(error: orbsoc_hw::Error) -> PyErr {
     HardwareError::new_err(error.to_string())
 }
 

@@ -1,23 +1,40 @@
 //! Memory image of a scheduled program.
 
-use crate::hardware::HardwareProgram;
+use crate::hardware::{unfit, HardwareProgram};
 use numpy::{IntoPyArray, PyArray1};
-use orbsoc_hw::{Gaps, Image};
+use orbsoc_hw::{Configuration, Format, Gaps, Image};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
 type Array<T> = Py<PyArray1<T>>;
 
-#[pyclass(module = "orbsoc._core", frozen, get_all)]
+#[pyclass(module = "orbsoc._core", frozen)]
 pub struct ProgramImage {
+    #[pyo3(get)]
     templates: Vec<String>,
+    #[pyo3(get)]
     microcode: Vec<String>,
     /// By segment: first line, busy cycles.
+    #[pyo3(get)]
     entries: BTreeMap<String, (usize, u32)>,
     /// Addresses, bits.
+    #[pyo3(get)]
     literals: (Array<u32>, Array<u64>),
     /// By buffer: indices of the words that have an architectural location, addresses.
+    #[pyo3(get)]
     homes: BTreeMap<&'static str, (Array<u32>, Array<u32>)>,
+    /// Of the engine that it was made for.
+    #[pyo3(get)]
+    identity: u32,
+    engine: (Configuration, bool),
+}
+
+#[pymethods]
+impl ProgramImage {
+    /// Raise unless an engine has the identity that this program was made for.
+    fn require_identity(&self, there: u32) -> PyResult<()> {
+        self.engine.0.require_identity(self.engine.1, there).map_err(unfit)
+    }
 }
 
 /// What is loaded into microcode memory and storage before the first segment, and the addresses of the buffers.
@@ -31,6 +48,7 @@ pub fn program_image(
     level: u32,
 ) -> PyResult<ProgramImage> {
     let (format, program) = program.in_format(format, Gaps { seed, level })?;
+    let engine = (program.configuration, matches!(format, Format::Compressed));
     let image = py.detach(|| Image::new(program, format));
     let mut homes: BTreeMap<&'static str, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
     for (buffer, index, address) in program.layout.locations() {
@@ -46,6 +64,8 @@ pub fn program_image(
         entries: image.entries.into_iter().map(|(name, at)| (name, (at.start, at.cycles))).collect(),
         literals: (array(py, addresses), array(py, bits)),
         homes: homes.into_iter().map(|(name, words)| (name, pair(words))).collect(),
+        identity: engine.0.identity(engine.1),
+        engine,
     })
 }
 

@@ -14,7 +14,7 @@ from hw_model.figures.gantt import gantt_figure
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report.explain import Configuration, explain
-from hw_model.timing.timeline import simulate
+from hw_model.report.run import simulate
 from hw_model.timing.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 from tests.hw_model.timing.test_precedence import overlapped

@@ -16,8 +16,8 @@ from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
 from hw_model.report import unit_tracks
 from hw_model.report.perfetto import as_text, trace_events
+from hw_model.report.run import simulate
 from hw_model.timing.stage_cycles import PlCycles, StageCycles, estimated
-from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import Trace, parse_trace
 from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
 from tests.hw_model.synthetic import synthetic_trace

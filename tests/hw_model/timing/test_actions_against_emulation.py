@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from hw_model.platform.partition import load_partition
+from hw_model.report.run import simulate
 from hw_model.timing.actions import START_UP, actions_of
-from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
 from orbsoc import Cones, Problem, PsScheduler
 from orbsoc.conic.settings import Settings

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from hw_model.errors import PlatformError
 from hw_model.platform.platform import Platform, load_platform
+from hw_model.report.run import simulate
 from hw_model.timing.actions import actions_of
 from hw_model.timing.durations import Durations
-from hw_model.timing.timeline import Timeline, lay_out, makespan_picoseconds, precedence_of, simulate
+from hw_model.timing.timeline import Timeline, lay_out, makespan_picoseconds, precedence_of
 from hw_model.timing.trace import parse_trace
 from hw_model.vocabulary import PL_MODULES
 from tests.hw_model.random_traces import platforms, traces

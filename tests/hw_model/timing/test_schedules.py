@@ -10,11 +10,11 @@ from hw_model.area.budget import budget
 from hw_model.errors import HwModelError
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import load_platform
+from hw_model.report.run import simulate
 from hw_model.report.speedup import speedup
 from hw_model.report.study import Study
 from hw_model.timing.schedules import CAUSE_OF, Engine, Schedule, scheduled
 from hw_model.timing.stage_cycles import Microcode
-from hw_model.timing.timeline import simulate
 from hw_model.timing.trace import parse_trace
 from tests.hw_model.synthetic import synthetic_trace
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw_model.timing.timeline import Timeline, simulate
+from hw_model.report.run import simulate
+from hw_model.timing.timeline import Timeline
 from hw_model.vocabulary import CAUSES, PL_MODULES, picoseconds_of_cycles
 from tests.hw_model.random_traces import platforms, traces
 from tests.hw_model.synthetic import synthetic_trace

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orbsoc.missions.approach.model.approach import Approach
 from orbsoc.missions.approach.verification.aborts import Judge, kicked
 from orbsoc.missions.approach.verification.least_abort import GAP, GAP_M_S, Places, least_abort
-from tests.missions.approach.cases import planned
+from tests.missions.approach.cases import planned, station
 
 
 @pytest.mark.parametrize("name", ["station_vbar", "station_rbar", "elliptic_servicing"])
@@ -69,3 +70,19 @@ def test_where_no_impulse_will_do_it_is_proved() -> None:
     found = least_abort(Places(transitions, np.zeros(6), np.ones(3), 0.0), lambda dv: -1.0, 0.5)
     assert found.dv_m_s is None
     assert found.at_least_m_s == 0.5
+
+
+def test_a_drift_that_is_outside_for_a_moment_between_samples_is_not_safe() -> None:
+    """It leaves the keep-out by less than a centimetre after 3939 s, and is 178 m inside after 6423 s."""
+    scenario = station(
+        keep_out__radius_m=398.08062543241715, keep_out__margin_m=0.0, points__S2__x_m=-450.0,
+        safety__orbits=2.0, speed=None,
+    )  # fmt: skip
+    at = Approach.of(scenario)
+    state = np.array(
+        [-40.2129721306995, -139.26158857905688, 0.0, 0.02852714804656467, 0.09826828437220222, 0.0]
+    )
+    times = np.linspace(3900.0, 3980.0, 8001)
+    ranges = np.linalg.norm(at.transitions(times, np.zeros_like(times))[:, :3] @ state, axis=1)
+    assert 0.0 < ranges.max() - 398.08062543241715 < 0.02
+    assert Judge(at).judged(0.0, state) < -100.0

@@ -121,7 +121,9 @@ def bounded(found: Plan) -> tuple[float, float]:
 
 
 def test_a_generated_rendezvous_is_solved_again_without_its_negligible_impulses() -> None:
-    """Five of some µm/s, left out and no more, were 0.28 m at the end of six hours."""
+    """Five of some µm/s, left out and no more, were 0.28 m at the end of six hours. Which of the equally cheap programmes is
+    found, of three impulses or of eight, depends on the last bits of a machine's linear algebra.
+    """
     start = {
         "x_m": -17911.431912847936, "y_m": -3375.054703375663, "z_m": 7170.241350761626,
         "vx_m_s": -1.2105867206858818, "vy_m_s": 13.586193065619682, "vz_m_s": -17.079468881440334,
@@ -129,7 +131,8 @@ def test_a_generated_rendezvous_is_solved_again_without_its_negligible_impulses(
     found = plan(rendezvous(start, 21449.79987927381).with_changes(target={"mean_motion_rad_s": 1.15e-3}))
     assert found.status is PlanStatus.VERIFIED
     assert found.programme is not None
-    assert len(found.programme) == 3
+    assert found.cost == pytest.approx(23.40875, abs=1e-4)
+    assert np.linalg.norm(found.programme.dv_m_s, axis=1).min() > 1e-3
 
 
 def test_a_generated_rendezvous_reaches_its_bound() -> None:

@@ -2,5 +2,6 @@
 
 pub(crate) mod arithmetic;
 pub(crate) mod configuration;
+pub(crate) mod identity;
 pub(crate) mod operation;
 pub(crate) mod timing;

@@ -42,6 +42,7 @@ pub struct Timing {
     pub short_bits: u32,
     pub template_bits: u32,
     pub headers_ahead: u32,
+    pub template_width: u32,
 }
 
 const UNITS: &str = include_str!("../../../../rtl/latency.svh");
@@ -77,7 +78,29 @@ impl Timing {
             short_bits: engine("SHORT_BITS"),
             template_bits: engine("TEMPLATE_BITS"),
             headers_ahead: engine("HEADERS_AHEAD"),
+            template_width: engine("TEMPLATE_WIDTH"),
         }
+    }
+
+    /// What of it a program depends on, in the order of the RTL's `axi_contract::identity`.
+    pub fn contract(&self) -> [u32; 15] {
+        [
+            self.add,
+            self.mul,
+            self.div,
+            self.sqrt,
+            self.div_interval,
+            self.sqrt_interval,
+            self.simple,
+            self.read,
+            self.write,
+            self.startup,
+            self.decode,
+            self.headers_ahead,
+            self.short_bits,
+            self.template_bits,
+            self.template_width,
+        ]
     }
 
     /// The same table with one unit's latency changed by `by`, as a wrong model would have it.

@@ -119,7 +119,8 @@ class Judge:
         bend, place = bends(approach, times, states)[0], states[:, :3]
         body = float(chord_lengths(place).min()) - approach.scenario.keep_out.body_m
         sizes, ends = chord_lengths(place / approach.axes_m), approach.size(place)
-        out = np.flatnonzero(ends >= 1.0)
+        # between two samples it may be outside for a moment where one of them is nearer to it than the bend
+        out = np.flatnonzero(ends >= 1.0 - bend / approach.axes_m.min())
         if not out.size:
             return float(approach.axes_m.min() * (ends[-1] - 1.0))
         least = float(sizes[out[0] :].min(initial=np.inf))
