@@ -1,7 +1,5 @@
 // What an engine behind AXI tells of itself.
 package axi_contract;
-  import contract::*;
-
   // One number for everything of an engine that a program depends on (rust/orbsoc-hw/src/machine/identity.rs has the same):
   // FNV-1a over whole words. A word that is added goes to the end of both lists, and another version to their begin.
   function automatic logic [31:0] mixed(input logic [31:0] hash, input int word);
@@ -18,21 +16,21 @@ package axi_contract;
     hash = mixed(hash, clusters);
     hash = mixed(hash, address_bits);
     hash = mixed(hash, compressed);
-    hash = mixed(hash, fp == 64 ? F64_ADD_CYCLES : F32_ADD_CYCLES);
-    hash = mixed(hash, fp == 64 ? F64_MUL_CYCLES : F32_MUL_CYCLES);
-    hash = mixed(hash, fp == 64 ? F64_DIV_CYCLES : F32_DIV_CYCLES);
-    hash = mixed(hash, fp == 64 ? F64_SQRT_CYCLES : F32_SQRT_CYCLES);
-    hash = mixed(hash, fp == 64 ? F64_DIV_INTERVAL_CYCLES : F32_DIV_INTERVAL_CYCLES);
-    hash = mixed(hash, fp == 64 ? F64_SQRT_INTERVAL_CYCLES : F32_SQRT_INTERVAL_CYCLES);
-    hash = mixed(hash, SIMPLE_CYCLES);
-    hash = mixed(hash, READ_CYCLES);
-    hash = mixed(hash, WRITE_CYCLES);
-    hash = mixed(hash, STARTUP_CYCLES);
-    hash = mixed(hash, DECODE_CYCLES);
-    hash = mixed(hash, HEADERS_AHEAD);
-    hash = mixed(hash, SHORT_BITS);
-    hash = mixed(hash, TEMPLATE_BITS);
-    hash = mixed(hash, TEMPLATE_WIDTH);
+    hash = mixed(hash, fp == 64 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES);
+    hash = mixed(hash, fp == 64 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES);
+    hash = mixed(hash, fp == 64 ? contract::F64_DIV_CYCLES : contract::F32_DIV_CYCLES);
+    hash = mixed(hash, fp == 64 ? contract::F64_SQRT_CYCLES : contract::F32_SQRT_CYCLES);
+    hash = mixed(hash, fp == 64 ? contract::F64_DIV_INTERVAL_CYCLES : contract::F32_DIV_INTERVAL_CYCLES);
+    hash = mixed(hash, fp == 64 ? contract::F64_SQRT_INTERVAL_CYCLES : contract::F32_SQRT_INTERVAL_CYCLES);
+    hash = mixed(hash, contract::SIMPLE_CYCLES);
+    hash = mixed(hash, contract::READ_CYCLES);
+    hash = mixed(hash, contract::WRITE_CYCLES);
+    hash = mixed(hash, contract::STARTUP_CYCLES);
+    hash = mixed(hash, contract::DECODE_CYCLES);
+    hash = mixed(hash, contract::HEADERS_AHEAD);
+    hash = mixed(hash, contract::SHORT_BITS);
+    hash = mixed(hash, contract::TEMPLATE_BITS);
+    hash = mixed(hash, contract::TEMPLATE_WIDTH);
     identity = hash;
   endfunction
 endpackage
