@@ -6,6 +6,7 @@ What a report echoes is taken out before it is compared: a key that changes only
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +93,9 @@ def invoke(
     ]
     filled += [] if "explain" in arguments else ["--device", str(device)]
     setting = ["--set", pair] if key and not any("{k}" in item for item in arguments) else []
-    return CliRunner().invoke(app, [*filled, *setting, "--json", "--out", str(out)])
+    result = CliRunner().invoke(app, [*filled, *setting, "--json", "--out", str(out)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result
 
 
 def numbers(result: Result, out: Path) -> Any:
@@ -112,14 +115,16 @@ def numbers(result: Result, out: Path) -> Any:
     return document
 
 
+recorded_once = cache(load_workload)
+
+
 @pytest.fixture(autouse=True)
 def _no_pictures(monkeypatch: pytest.MonkeyPatch, workload: Path) -> None:
     """Figures show the same numbers and take most of the time; the workload is recorded once a command."""
     monkeypatch.setattr("orbsoc.commands.hw_precision.CHOICES", ((53, ALL), (24, ("factorization",))))
     few = [load_partition(name) for name in ("all_ps", "paper", "factor_only")]
     monkeypatch.setattr("hw_model.platform.partition.all_partitions", lambda **_: few)
-    known = {path: load_workload(path) for path in (workload,)}
-    monkeypatch.setattr("orbsoc.hw.workload.load_workload", known.__getitem__)
+    monkeypatch.setattr("orbsoc.hw.workload.load_workload", recorded_once)
     for name in (
         "hw_model.figures.gantt.gantt_figure", "hw_model.figures.difference.difference_figure",
         "hw_model.figures.area.area_figure", "orbsoc.commands.hw_partition._draw",

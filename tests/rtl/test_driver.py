@@ -386,7 +386,11 @@ def test_the_rtl_has_the_same_identities(identities: list[int], tmp_path: Path) 
         "--Mdir",
         tmp_path / "made",
     ]
-    subprocess.run([*command, RTL / "contract.sv", RTL / "axi" / "axi_contract.sv", tmp_path / "shown.sv"], check=True, capture_output=True)
+    subprocess.run(
+        [*command, RTL / "contract.sv", RTL / "axi" / "axi_contract.sv", tmp_path / "shown.sv"],
+        check=True,
+        capture_output=True,
+    )
     done = subprocess.run([tmp_path / "made" / "Vshown"], check=True, capture_output=True, text=True)
     assert [int(line, 16) for line in done.stdout.split() if len(line) == 8] == identities
 
