@@ -310,8 +310,8 @@ def _area(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name.startswith("uram") and not _takes_uram(platform):
         return _NO_URAM
     if name.endswith("_ceiling"):
-        return _unless(
-            _compared(name, usage), "this report does not compare it with a ceiling; `orbsoc hw budget` does"
+        return _compared(
+            name, usage, "this report does not compare it with a ceiling; `orbsoc hw budget` does"
         )
     kind = name.partition("_")[0]
     if kind not in usage.area:
@@ -345,14 +345,16 @@ def _takes_uram(platform: Platform) -> bool:
 def _resources(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if name == "uram" and not _takes_uram(platform):
         return _NO_URAM
+    return _compared(name, usage, "this report does not ask whether it fits; `orbsoc hw budget` does")
+
+
+def _compared(name: str, usage: ParameterUse, why: str) -> str | None:
+    """None where the report asks for the share of the resource that a parameter is about; of times without the PL it does not."""
+    if "times" in usage.questions and not usage.on_pl:
+        return _NO_PL
     return _unless(
-        _compared(name, usage), "this report does not ask whether it fits; `orbsoc hw budget` does"
+        "fit" in usage.questions or ("memory" in usage.questions and name.startswith("bram36")), why
     )
-
-
-def _compared(name: str, usage: ParameterUse) -> bool:
-    """Whether the report asks for the share of the resource that a parameter is about."""
-    return "fit" in usage.questions or ("memory" in usage.questions and name.startswith("bram36"))
 
 
 def _other_datapath(name: str, datapaths: frozenset[Datapath]) -> str | None:
