@@ -156,7 +156,8 @@ def _executed(
     here = Path(__file__).parent
     program, plugin, marks = folder / "program", folder / "count.so", folder / "marks"
     macros = [f"-DORBSOC_FP={fp}", f"-DORBSOC_INDEX_BITS={index_bits}", f"-I{folder}"]
-    sources = [str(path) for path in (*sorted(folder.rglob("*.c")), here / main)]
+    written = sorted(folder / name for name in texts if name.endswith(".c"))
+    sources = [str(path) for path in (*written, here / main)]
     _run([tools.compiler, *tools.options, *macros, *sources, "-lm", "-o", str(program)])
     _run(["gcc", "-shared", "-fPIC", "-O2", str(here / "count_instructions.c"), "-o", str(plugin)])
     command = [
