@@ -23,7 +23,8 @@ from orbsoc.commands.app import app
 from orbsoc.conic.pattern import pattern_digest
 from orbsoc.hw import schedules as pl_program
 from orbsoc.hw.exact_cycles import exact_cycles
-from orbsoc.missions.reachable_insertion import disperse, load_scenario, plan
+from orbsoc.hw.outer_loop import with_outer_loop
+from orbsoc.missions.reachable_insertion import disperse, load_scenario, outer_loop, plan
 
 REC1 = Path(__file__).resolve().parents[2] / "scenarios" / "rec1.toml"
 ZU9EG, PAPER = load_platform("zu9eg"), load_partition("paper")
@@ -89,9 +90,10 @@ def test_cases_are_judged_by_schedules_and_their_pattern_is_scheduled_once(
     monkeypatch.setattr(pl_program, "_programs", OrderedDict())
     found = study.judge(cases, ZU9EG, PAPER, 50.0, study.exact_cycles_of(cases, folder))
     assert made == list(cases[0].patterns) == [path.stem[8:] for path in folder.glob("pattern-*.json")]
-    scheduler = PsScheduler()
-    plan(disperse(load_scenario(REC1), 0, 0), solve=scheduler)
-    report = speedup(scheduler.trace, ZU9EG, PAPER, cycles=exact_cycles(scheduler.patterns))
+    scheduler, scenario = PsScheduler(), disperse(load_scenario(REC1), 0, 0)
+    found_plan = plan(scenario, solve=scheduler)
+    trace = with_outer_loop(scheduler.trace, outer_loop(scenario, found_plan))
+    report = speedup(trace, ZU9EG, PAPER, cycles=exact_cycles(scheduler.patterns))
     assert (found.cases[0].time_ms, found.cases[0].worst_ms) == (
         report.makespan_ms.nominal, max(price.worst_case_ms for price in report.prices),
     )  # fmt: skip
@@ -186,7 +188,7 @@ def test_what_was_planned_survives_an_interruption(tmp_path: Path, monkeypatch: 
         (gzip.compress(b'{"study": "x", "schema": "orbsoc.case/9"}', mtime=0), "another schema"),
         (
             gzip.compress(
-                b'{"study": "x", "schema": "orbsoc.case/2", "number": 0, "status": "verified", "scp_iterations": 1,'
+                b'{"study": "x", "schema": "orbsoc.case/3", "number": 0, "status": "verified", "scp_iterations": 1,'
                 b' "ipm_iterations": [1], "trace": {}, "patterns": []}',
                 mtime=0,
             ),
