@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hw_model.area.budget import budget
+from hw_model.errors import HwModelError
 from hw_model.timing.actions import actions_of
 from hw_model.timing.durations import Durations
+from hw_model.timing.programs import NONE
 from hw_model.timing.stage_cycles import StageCycles, estimated
 from hw_model.timing.timeline import Timeline, as_partition, as_platform, lay_out
 from hw_model.timing.trace import parse_trace
@@ -21,8 +23,14 @@ if TYPE_CHECKING:
 
 
 def durations_of(trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles) -> Durations:
-    """How long each piece of work takes, the loads of the programs that the device cannot hold together among it."""
-    loaded = budget(trace, platform, partition, cycles).programs
+    """How long each piece of work takes, the loads of the programs that the device cannot hold together among it.
+
+    An engine that rtl/ has not has no area, so that nothing is known of what it holds: its programs take no time.
+    """
+    try:
+        loaded = budget(trace, platform, partition, cycles).programs
+    except HwModelError:
+        loaded = NONE
     return Durations(trace, platform, partition, cycles, loaded)
 
 

@@ -115,7 +115,7 @@ def test_overlap_needs_a_core_for_control() -> None:
 
 
 def test_an_unknown_way_to_run_is_refused_by_name() -> None:
-    with pytest.raises(PlatformError, match=r"`runtime\.schedule\.value` = 'fast'.*serial\|overlapped"):
+    with pytest.raises(PlatformError, match=r"`runtime\.schedule` = 'fast'.*serial\|overlapped"):
         load_platform("zu9eg").with_value("runtime.schedule", "fast")
-    with pytest.raises(PlatformError, match=r"`runtime\.completion\.value` = 'hope'.*interrupt\|polling"):
+    with pytest.raises(PlatformError, match=r"`runtime\.completion` = 'hope'.*interrupt\|polling"):
         load_platform("zu9eg").with_value("runtime.completion", "hope")
