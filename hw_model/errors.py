@@ -17,6 +17,10 @@ class PlatformError(HwModelError):
     """A platform file or value that describes no possible computer."""
 
 
+class NoSuchEngineError(HwModelError):
+    """An engine that rtl/ cannot be; an estimate of its time is possible, its area is not known."""
+
+
 class PartitionError(HwModelError):
     """A partition that does not place exactly the PL's modules."""
 

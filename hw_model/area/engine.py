@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from hw_model.errors import HwModelError
+from hw_model.errors import NoSuchEngineError
 from hw_model.vocabulary import Datapath
 
 from .fabric import FABRICS, URAM_ROWS, Fabric, Kind, multiplier_dsp, uram
@@ -68,14 +68,14 @@ MOST_CLUSTERS = 8
 
 
 def require_buildable(pl: Pl) -> None:
-    """Raise HwModelError for an engine that rtl/ cannot be: a schedule would refuse it, and so must an estimate."""
+    """Raise NoSuchEngineError for an engine that rtl/ cannot be: a schedule would refuse it, and so must an estimate."""
     for name, most in MOST.items():
         value = getattr(pl, name).value
         if value > most:
-            raise HwModelError(f"`pl.{name}` = {value}: no engine of rtl/ has more than {most}")
+            raise NoSuchEngineError(f"`pl.{name}` = {value}: no engine of rtl/ has more than {most}")
     clusters, lanes, banks = pl.clusters.value, pl.lanes.value, pl.banks.value
     if clusters > 1 and (clusters > MOST_CLUSTERS or lanes % clusters or banks < 2 * clusters):
-        raise HwModelError(
+        raise NoSuchEngineError(
             f"`pl.clusters` = {clusters}: allowed is a power of two up to {MOST_CLUSTERS} that divides the {lanes} lanes"
             f" and leaves each two of the {banks} banks"
         )

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hw_model.area.budget import budget
-from hw_model.errors import HwModelError
+from hw_model.errors import NoSuchEngineError
 from hw_model.timing.actions import actions_of
 from hw_model.timing.durations import Durations
 from hw_model.timing.programs import NONE
@@ -29,7 +29,7 @@ def durations_of(trace: Trace, platform: Platform, partition: Partition, cycles:
     """
     try:
         loaded = budget(trace, platform, partition, cycles).programs
-    except HwModelError:
+    except NoSuchEngineError:
         loaded = NONE
     return Durations(trace, platform, partition, cycles, loaded)
 

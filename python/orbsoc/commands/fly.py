@@ -174,11 +174,11 @@ def _write(
 ) -> None:
     from orbsoc.files.output_folder import write_manifest, written_at_once
     from orbsoc.fly.figures import draw_flight
-    from orbsoc.fly.record import cycle_row, table_text
+    from orbsoc.fly.record import cycle_row
 
     with written_at_once(folder) as place:
         rows = [cycle_row(each) for each in run.flight.cycles]
-        (place / "cycles.csv").write_text(table_text(rows), encoding="utf-8")
+        (place / "cycles.csv").write_text(options.as_csv_text(rows), encoding="utf-8")
         if report:
             document["figures"] = [
                 {"name": each.name, "caption": each.caption} for each in draw_flight(run, place)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -98,16 +96,6 @@ def decisions_of(cycles: Iterable[CycleRecord]) -> list[dict[str, Any]]:
         if cycle.answer is not None
         for each in cycle.answer.decisions
     ]  # fmt: skip
-
-
-def table_text(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Rows as CSV, the columns of all of them in order of appearance."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def number_or_none(value: float) -> float | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,23 @@ def next_burn(last: Trigger | None, flying: Impulses, lead_s: float) -> Trigger 
         if begins_s > after_s and begins_s > (times[k - 1] if k else -1e-9):
             return Trigger(number + 1, begins_s, BEFORE)
     return None
+
+
+class LeadTimes:
+    """What the loops of rendezvous missions have alike: they begin `[guidance] lead_s` before an impulse, and have that long."""
+
+    scenario: Any
+
+    @property
+    def period_s(self) -> float:
+        return float(self.scenario.guidance.lead_s)
+
+    @property
+    def allowance_s(self) -> float:
+        return self.period_s
+
+    def next_trigger(self, last: Trigger | None, programme: Impulses) -> Trigger | None:
+        return next_burn(last, programme, self.period_s)
 
 
 @dataclass(slots=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from orbsoc.guidance.closed_loop import ON_TARGET, Answer, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.impulsive_flight import Chaser, Impulses, next_burn
+from orbsoc.guidance.impulsive_flight import Chaser, Impulses, LeadTimes
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Solve, uninterrupted
@@ -25,8 +25,8 @@ from .verification import target_state
 COLUMNS = {ON_TARGET: "", "error_m": "m", "delta_v_m_s": "m/s"}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FlyAroundLoop:
+@dataclass(frozen=True, eq=False)
+class FlyAroundLoop(LeadTimes):
     """A fly-around with errors, and the programme that was planned on the ground."""
 
     scenario: Scenario
@@ -48,14 +48,6 @@ class FlyAroundLoop:
         return cls(scenario, Impulses(plan.programme, plan.end_s))
 
     @property
-    def period_s(self) -> float:
-        return self.scenario.guidance.lead_s
-
-    @property
-    def allowance_s(self) -> float:
-        return self.scenario.guidance.lead_s
-
-    @property
     def columns(self) -> Mapping[str, str]:
         return COLUMNS
 
@@ -73,9 +65,6 @@ class FlyAroundLoop:
             return np.asarray(scenario.flight.ellipse.position(np.array([at_s]))[0])
 
         return Chaser.at(start, target_state(scenario), errors, np.random.default_rng([seed, number]), path)
-
-    def next_trigger(self, last: Trigger | None, programme: Impulses) -> Trigger | None:
-        return next_burn(last, programme, self.scenario.guidance.lead_s)
 
     def answer(
         self, trigger: Trigger, sensed: Sensed, programme: Impulses, solve: Solve, allowance_s: float

@@ -10,7 +10,7 @@ import numpy as np
 
 from orbsoc.guidance.closed_loop import ON_TARGET, Answer, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
-from orbsoc.guidance.impulsive_flight import Chaser, Impulses, next_burn
+from orbsoc.guidance.impulsive_flight import Chaser, Impulses, LeadTimes
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.safety import drift_clearance
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
@@ -26,8 +26,8 @@ from .scenario import Scenario
 COLUMNS = {ON_TARGET: "", "miss_m": "m", "delta_v_m_s": "m/s", "nearest_m": "m", "safe": ""}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ApproachLoop:
+@dataclass(frozen=True, eq=False)
+class ApproachLoop(LeadTimes):
     """An approach with margins, and the programme that was planned on the ground."""
 
     scenario: Scenario
@@ -50,14 +50,6 @@ class ApproachLoop:
         return cls(scenario, found.approach, Impulses(found.programme, scenario.duration_s))
 
     @property
-    def period_s(self) -> float:
-        return self.scenario.guidance.lead_s
-
-    @property
-    def allowance_s(self) -> float:
-        return self.scenario.guidance.lead_s
-
-    @property
     def columns(self) -> Mapping[str, str]:
         return COLUMNS
 
@@ -72,9 +64,6 @@ class ApproachLoop:
         start = Approach.of(disperse(self.scenario, number, seed)).start
         target = np.concatenate(state_from_elements(self.approach.orbit()))
         return Chaser.at(start, target, errors, np.random.default_rng([seed, number]))
-
-    def next_trigger(self, last: Trigger | None, programme: Impulses) -> Trigger | None:
-        return next_burn(last, programme, self.scenario.guidance.lead_s)
 
     def answer(
         self, trigger: Trigger, sensed: Sensed, programme: Impulses, solve: Solve, allowance_s: float
