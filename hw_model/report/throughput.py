@@ -1,27 +1,26 @@
 """Many problems of one pattern: how many a second, beside how long each takes.
 
 Problems are independent, so that one may be in flight on the PL while a core generates or judges another: each has its own
-set of buffers on the PL, two sets make a double buffer. Each problem is the trace's chain of work; a piece waits until its
-resource is free: a core of the PS (any), the PL, or the DMA engine. What could begin first is served first. The cores of the
-baseline solve a problem each, side by side.
+set of buffers on the PL, two sets make a double buffer. Each problem is the trace's chain of work (timing/queue.py). The cores
+of the baseline solve a problem each, side by side.
 
 Problems that are interleaved in one stream are a group (timing/groups.py), and what is in flight is a group.
 """
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from hw_model.timing.actions import Work, actions_of
 from hw_model.timing.groups import grouped, in_groups, require_groups
+from hw_model.timing.queue import Line, Resource, period
 from hw_model.vocabulary import PICOSECONDS_PER_MS
 
 from .run import durations_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
     from hw_model.platform.partition import Partition
     from hw_model.platform.platform import Platform
@@ -29,11 +28,8 @@ if TYPE_CHECKING:
     from hw_model.timing.stage_cycles import StageCycles
     from hw_model.timing.trace import Trace
 
-Resource = Literal["ps", "pl", "dma"]
-IN_FLIGHT = (1, 2, 4)
+LINES = tuple(Line(sets=sets) for sets in (1, 2, 4))
 """Sets of buffers that a report looks at: one problem at a time, a double buffer, twice that."""
-ROUNDS = 8
-"""Problems that are simulated for each set of buffers, the first and the last of which have the computer to themselves in part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +37,8 @@ class Throughput:
     """Of one partition on one platform, with `in_flight` sets of buffers; solves a second are those of the trace's mix."""
 
     in_flight: int
+    engines: int
+    """On the PL, each with a set of buffers in its turn."""
     cores: int
     latency_ms: float
     """Of a run of the trace alone; of groups, one after the other."""
@@ -65,8 +63,9 @@ class Throughput:
     def words(self) -> str:
         """In a sentence."""
         many = f" of {self.interleaved} interleaved" if self.interleaved > 1 else ""
+        of = f" on {self.engines} engines" if self.engines > 1 else ""
         return (
-            f"modelled throughput: {self.solves_per_s:.1f} solves/s with {self.in_flight}{many} in flight (at most"
+            f"modelled throughput: {self.solves_per_s:.1f} solves/s with {self.in_flight}{many} in flight{of} (at most"
             f" {self.most_per_s:.1f}: {self.busiest.upper()}), {self.gain:.2f} times that of {self.cores} cores alone"
             f" ({self.baseline_per_s:.1f}); latency {self.latency_ms:.3f} ms"
         )
@@ -78,8 +77,11 @@ def throughputs(
     partition: Partition,
     baseline: Partition,
     cycles: StageCycles,
+    lines: Sequence[Line] = LINES,
 ) -> list[Throughput]:
-    """Solves a second with one problem in flight, two and four. The trace is repeated: Σ of its solves is one problem.
+    """Solves a second on each of `lines`, where one engine has one set of buffers, two and four unless given.
+
+    The trace is repeated: Σ of its solves is one problem.
 
     With `pl.interleaved`, its solves are taken as independent problems of groups, and a group is in flight.
     A core works on one problem at a time, whatever `runtime.cores_used` says of a single one. Raises HwModelError for a
@@ -96,27 +98,28 @@ def throughputs(
     base = sum(length for _, length in _chain(trace, baseline, alone, 1))
     cores, solves = platform.ps.cores.value, len(trace.solves)
     latency = sum(length for _, length in chain)
-    busy: dict[Resource, float] = {
-        name: sum(length for resource, length in chain if resource == name) / (cores if name == "ps" else 1)
-        for name in ("ps", "pl", "dma")
-    }
-    busiest = max(busy, key=lambda name: busy[name])
     per_s = solves * 1e3 * PICOSECONDS_PER_MS
     words = max(sum(pattern.buffers.values()) for pattern in trace.patterns)
     found: list[Throughput] = []
-    for in_flight in IN_FLIGHT if partition.uses_pl else (cores,):
-        period = _period(chain, in_flight, cores)
+    for line in lines if partition.uses_pl else (Line(sets=cores),):
+        units: dict[Resource, int] = {"ps": cores, "pl": line.engines, "dma": 1}
+        busy = {
+            name: sum(length for resource, length in chain if resource == name) / count
+            for name, count in units.items()
+        }
+        busiest = max(busy, key=lambda name: busy[name])
         found.append(
             Throughput(
-                in_flight=in_flight,
+                in_flight=line.sets,
+                engines=line.engines,
                 cores=cores,
                 latency_ms=latency / PICOSECONDS_PER_MS,
-                solves_per_s=per_s / period,
+                solves_per_s=per_s / period(chain, line, cores),
                 most_per_s=per_s / busy[busiest],
                 busiest=busiest,
                 interleaved=copies,
                 baseline_per_s=per_s * cores / base,
-                buffer_words=in_flight * copies * words if partition.uses_pl else 0,
+                buffer_words=line.sets * copies * words if partition.uses_pl else 0,
             )
         )
     return found
@@ -143,30 +146,3 @@ def _resource(work: Work, durations: Durations) -> Resource:
     if work.kind == "load":
         return "pl"  # which runs nothing before it
     return "dma" if work.kind == "copy" and durations.by_dma(work) else "ps"
-
-
-def _period(chain: Iterable[tuple[Resource, int]], in_flight: int, cores: int) -> float:
-    """Time of a run of problems, each time `in_flight` of them, over their number."""
-    chain = list(chain)
-    if not chain:
-        return 0.0
-    count = ROUNDS * in_flight
-    free: dict[Resource, list[int]] = {"ps": [0] * cores, "pl": [0], "dma": [0]}
-    # (when its next piece could begin, problem, piece): what could begin first is served first.
-    waiting = [(0, problem, 0) for problem in range(in_flight)]
-    started, last = in_flight, 0
-    while waiting:
-        ready, problem, piece = heapq.heappop(waiting)
-        resource, length = chain[piece]
-        units = free[resource]
-        at = min(range(len(units)), key=lambda k: (units[k], k))
-        end = max(ready, units[at]) + length
-        units[at] = end
-        if piece + 1 < len(chain):
-            heapq.heappush(waiting, (end, problem, piece + 1))
-            continue
-        last = max(last, end)
-        if started < count:
-            heapq.heappush(waiting, (end, started, 0))
-            started += 1
-    return last / count

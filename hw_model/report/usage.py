@@ -85,6 +85,8 @@ TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
 """One run without jitter: the file for a trace viewer."""
 TRACE_USAGE = ParameterUse(frozenset({"times", "throughput", "loads", "fit"}), ALL_KINDS)
 """One run without jitter, and many: trace."""
+THROUGHPUT_USAGE = replace(TRACE_USAGE, off_pl=True)
+"""Many runs, and what sets of engines take: throughput."""
 EXPLAIN_USAGE = ParameterUse(frozenset({"times", "energy", "loads", "fit"}), ALL_KINDS)
 """Times and energies of two runs: explain."""
 WORST_CASE_USAGE = ParameterUse(

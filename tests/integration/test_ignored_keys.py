@@ -68,6 +68,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "trace on the PS": ("trace", "{w}", "--partition", "all_ps"),
     "trace with two cores": ("trace", "{w}", "--set", "runtime.cores_used=2"),
     "trace with polling": ("trace", "{w}", "--set", "runtime.completion=polling"),
+    "throughput": ("throughput", "{w}", "--shapes", "4x1x16x1", "--copies", "1", "--engines", "1"),
     "explain": ("explain", "{w}", "{d}:all_ps", "{d}:paper:{k}"),
     "budget": ("budget", "{w}"),
     "budget by the estimate": ("budget", "{w}", "--estimate"),
@@ -128,6 +129,7 @@ def _no_pictures(monkeypatch: pytest.MonkeyPatch, workload: Path) -> None:
     for name in (
         "hw_model.figures.gantt.gantt_figure", "hw_model.figures.difference.difference_figure",
         "hw_model.figures.area.area_figure", "orbsoc.commands.hw_partition._draw",
+        "hw_model.figures.throughput.throughput_figure",
         "orbsoc.hw.utilisation_figure.utilisation_figure",
     ):  # fmt: skip
         monkeypatch.setattr(name, lambda *_, **__: None)

@@ -13,6 +13,7 @@ from .hw_precision import precision
 from .hw_run import run
 from .hw_soc import soc
 from .hw_sweep import sweep
+from .hw_throughput import throughput
 from .hw_trace import trace
 from .hw_validate import validate
 
@@ -25,6 +26,7 @@ app.command()(partition)
 app.command()(sweep)
 app.command()(explain)
 app.command()(trace)
+app.command()(throughput)
 app.command()(budget)
 app.command()(calibrate)
 app.command()(precision)

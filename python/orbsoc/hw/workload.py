@@ -6,6 +6,7 @@ is then priced from that record without solving again.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,6 +45,29 @@ class Workload:
         from orbsoc.conic.settings import Settings
 
         return self.is_trace or any(each.ordering != Settings().ordering for each in self.settings)
+
+    def of_pattern(self, name: str) -> Workload:
+        """The solves of one pattern: its number, or "most", that of most solves. Raises WorkloadError for another name."""
+        counts = Counter(solve.pattern for solve in self.trace.solves)
+        numbers = {str(number): number for number in sorted(counts)} | {"most": counts.most_common(1)[0][0]}
+        if name not in numbers:
+            raise WorkloadError(f"--pattern {name!r}: allowed are {', '.join(numbers)}")
+        chosen = numbers[name]
+        of_it = [solve for solve in self.trace.solves if solve.pattern == chosen]
+        trace = self.trace.model_copy(
+            update={
+                "outer_loop": None,  # that of a whole plan
+                "patterns": (self.trace.patterns[chosen],),
+                "solves": tuple(solve.model_copy(update={"pattern": 0}) for solve in of_it),
+            }
+        )
+        return replace(
+            self,
+            origin=f"{self.origin}, of it the {len(of_it)} of pattern {chosen}",
+            trace=trace,
+            problems=self.problems[chosen : chosen + 1],
+            settings=self.settings[chosen : chosen + 1],
+        )
 
 
 def load_workload(path: str | Path, ordering: str | None = None) -> Workload:

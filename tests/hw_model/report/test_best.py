@@ -12,7 +12,7 @@ from hw_model.area.budget import budget
 from hw_model.platform.partition import all_partitions
 from hw_model.report.best import best_partition
 from hw_model.report.remedies import remedies
-from hw_model.report.throughput import IN_FLIGHT, throughputs
+from hw_model.report.throughput import LINES, throughputs
 from hw_model.timing.actions import Work, actions_of
 from hw_model.timing.groups import grouped
 from hw_model.timing.stage_cycles import Microcode, PlCycles, StageCycles, estimated
@@ -99,7 +99,7 @@ def test_exact_depth_takes_the_rows_that_the_schedules_need() -> None:
 def test_more_in_flight_is_no_slower_and_never_above_its_bound(partition: object) -> None:
     platform = load_platform("zu9eg")
     rows = throughputs(TRACE, platform, partition, ALL_PS, estimated)  # type: ignore[arg-type]
-    assert tuple(row.in_flight for row in rows) == IN_FLIGHT
+    assert tuple(row.in_flight for row in rows) == tuple(line.sets for line in LINES)
     rates = [row.solves_per_s for row in rows]
     assert rates == sorted(rates)
     assert rates[0] < rates[-1] <= rows[0].most_per_s
