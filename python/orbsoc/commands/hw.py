@@ -14,6 +14,7 @@ from .hw_run import run
 from .hw_soc import soc
 from .hw_sweep import sweep
 from .hw_trace import trace
+from .hw_upsets import upsets
 from .hw_validate import validate
 
 app = typer.Typer(
@@ -30,3 +31,4 @@ app.command()(calibrate)
 app.command()(precision)
 app.command()(design)
 app.command()(soc)
+app.command()(upsets)
