@@ -2,6 +2,7 @@
 # Build a Verilator model with its harness and print the path of the executable.
 # Usage: rtl/build.sh units -GEXP=11 -GMAN=52 -GADD_CYCLES=7 -GMUL_CYCLES=8 -GDIV_CYCLES=35 -GDIV_INTERVAL_CYCLES=4
 #        rtl/build.sh engine -GFP=64 -GLANES=4 -GDIVIDERS=1 -GBANKS=16 -GADDRESS_BITS=14 -GSEQUENCER=0 -GCODE_BITS=17
+#        rtl/build.sh engine_upsets -GFP=64 …             as engine, and any bit of it can be turned over
 #        rtl/build.sh registers
 #        rtl/build.sh axi_slaves -GFP=64 -GADDRESS_BITS=6 -GCODE_BITS=3 -GCODE_WIDTH=100
 #        rtl/build.sh axi_engine -GFP=64 -GLANES=4 …      as engine, with the driver in C as its PS
@@ -19,10 +20,15 @@ module=$top
 parallel=0
 split=
 traced=
+open=
 fast=-O1
 case $top in
   units) sources="$here/harness/units.sv $here/harness/units.cpp" ;;
   engine) sources="$here/engine/*.sv $here/harness/engine.cpp" ;;
+  engine_upsets)
+    module=engine
+    open=--public-flat-rw
+    sources="$here/engine/*.sv $here/harness/upsets.cpp" ;;
   registers) sources="$here/engine/registers.sv $here/harness/registers.cpp" ;;
   axi_engine) sources="$here/engine/*.sv $here/axi/*.sv $here/harness/axi_engine.cpp" ;;
   axi_slaves) sources="$here/axi/axi_[!e]*.sv $here/harness/axi_traffic.cpp" ;;
@@ -36,7 +42,7 @@ case $top in
     fast=-O2
     split="--output-split 20000 --output-split-cfuncs 2000 -DPRINTF_COND=0 -DSTOP_COND=0"
     [ "$top" = soc ] || traced=--trace-fst ;;
-  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, axi_slaves, axi_engine, soc and soc_trace" >&2; exit 2 ;;
+  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, engine_upsets, axi_slaves, axi_engine, soc and soc_trace" >&2; exit 2 ;;
 esac
 
 texts=$(find "$here" ! -path "$here/soc/program/*" \( -name '*.sv*' -o -name '*.[ch]pp' -o -name '*.[ch]' -o -name build.sh \) | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
@@ -66,10 +72,12 @@ if [ ! -x "$built" ]; then
     # The numbers of latency.svh and engine.svh for the harness.
     cat "$here/latency.svh" "$here/engine.svh" | sed -n 's/^localparam int \([A-Z0-9_]*\) = \([0-9]*\);.*/constexpr int \1 = \2;/p' >"$work/contract.hpp"
     # shellcheck disable=SC2086  # the lists are meant to be split
-    verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" $split $traced "$@" \
+    verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" $split $traced $open "$@" \
       --top-module "$module" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver -I$work" --Mdir "$work/model" -o "$work/$top" \
       "$here/contract.sv" "$here"/fpu/*.sv $sources $objects &&
       { [ ! -d "$runtime" ] || cp "$runtime"/*.o "$work/model"; } &&
+      { [ -z "$open" ] || verilator --xml-only --noassert -I"$here" "$@" --top-module "$module" --Mdir "$work/xml" \
+        "$here/contract.sv" "$here"/fpu/*.sv "$here"/engine/*.sv; } &&
       make -C "$work/model" -f "V$module.mk" -j "$(getconf _NPROCESSORS_ONLN)" VM_PARALLEL_BUILDS=$parallel OPT_FAST="$fast" OPT_GLOBAL=-O1
   }
   if ! model "$@" >"$work/log" 2>&1; then
@@ -85,6 +93,7 @@ if [ ! -x "$built" ]; then
       exit 1
     fi
   fi
+  [ -z "$open" ] || mv "$work/xml/V$module.xml" "$built.xml"
   mv "$work/$top" "$built"
 fi
 echo "$built"

@@ -15,6 +15,7 @@ from .hw_soc import soc
 from .hw_sweep import sweep
 from .hw_throughput import throughput
 from .hw_trace import trace
+from .hw_upsets import upsets
 from .hw_validate import validate
 
 app = typer.Typer(
@@ -32,3 +33,4 @@ app.command()(calibrate)
 app.command()(precision)
 app.command()(design)
 app.command()(soc)
+app.command()(upsets)

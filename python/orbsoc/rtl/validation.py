@@ -132,9 +132,11 @@ def rtl_sources(given: Path | None) -> Path:
     )
 
 
-def built(folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = False) -> Path:
+def built(
+    folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = False, top: str = "engine"
+) -> Path:
     """The harness for one engine with room for `lines` of microcode, from the cache of `rtl/build.sh`; `resident`: with
-    the operation control that runs whole attempts.
+    the operation control that runs whole attempts; `top`: engine, or engine_upsets, whose bits can be turned over.
 
     Raises RtlError with the log of the build.
     """
@@ -147,7 +149,7 @@ def built(folder: Path, engine: Engine, form: Format, *, lines: int, resident: b
         parameters["RESIDENT"] = 1
     arguments = [f"-G{name}={value}" for name, value in parameters.items()]
     done = subprocess.run(
-        ["sh", folder / "build.sh", "engine", *arguments], capture_output=True, text=True, check=False
+        ["sh", folder / "build.sh", top, *arguments], capture_output=True, text=True, check=False
     )
     if done.returncode != 0:
         raise RtlError(f"the RTL does not build for {engine}: {done.stderr.strip()[-2000:]}")

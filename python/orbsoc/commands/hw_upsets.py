@@ -1,0 +1,147 @@
+"""`orbsoc hw upsets`: bits of the RTL turned over in a solve, by place and by what came of each."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from . import hw_options as options
+from .failures import FAILED, INTERRUPTED, exit_handling, exit_with
+from .hw_progress import Progress
+
+if TYPE_CHECKING:
+    from orbsoc.rtl.upsets import UpsetStudy
+
+SCHEMA = "orbsoc.upsets/1"
+ROWS = "upsets.jsonl"
+
+
+def upsets(
+    workload: Annotated[
+        Path,
+        typer.Argument(
+            help="PROBLEM.json, or SCENARIO.toml: its first problem", metavar="WORKLOAD", show_default=False
+        ),
+    ],
+    flips: Annotated[int, typer.Option(help="bits to turn over, each in a solve of its own")] = 100,
+    seed: Annotated[int, typer.Option(help="seed of what is drawn: place, bit, clock")] = 1,
+    lanes: Annotated[int, typer.Option(help="lanes of the engine")] = 4,
+    resume: Annotated[bool, typer.Option("--resume", help="go on with what the folder holds")] = False,
+    rtl: Annotated[
+        Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
+    ] = None,
+    out: options.OutOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Turn over a drawn bit of storage, microcode or any flip-flop in a solve on the RTL; the PS checks, and tries once more.
+
+    Exit codes: 0 nothing silent, 1 an accepted answer was wrong, 2 bad input, 130 interrupted (finished flips stay for --resume).
+    """
+    with exit_handling(as_json):
+        from hw_model import HwModelError
+        from orbsoc.hw.schedules import Engine
+        from orbsoc.hw.workload import problems_of
+        from orbsoc.rtl.upsets import UpsetStudy
+        from orbsoc.rtl.validation import rtl_folder
+
+        for name, value, least in (("--flips", flips, 1), ("--seed", seed, 0)):
+            if value < least:
+                raise HwModelError(f"{name} = {value}: allowed is a whole number from {least}")
+        folder, tell = rtl_folder(rtl), Progress()
+        where = out or Path("out") / f"hw-upsets-{workload.stem}"
+        engine = Engine(lanes=lanes, banks=max(16, 4 * lanes))
+        problem = problems_of(workload)[0]
+        tell(
+            f"builds the engine whose bits can be turned over, {lanes} lanes, and solves once without a flip"
+        )
+        study = UpsetStudy(folder, problem, engine=engine)
+        rows = _recorded(where, study.key(seed), resume=resume)
+        tell(f"a clean solve takes {study.clocks} clocks and ends {study.clean.status.name}")
+        try:
+            with (where / ROWS).open("a", encoding="utf-8") as file:
+                for found in study.run(seed, range(len(rows), flips)):
+                    rows.append(found.row())
+                    file.write(json.dumps(rows[-1]) + "\n")
+                    file.flush()
+                    tell.now_and_then(f"{len(rows)} of {flips} flips")
+        except KeyboardInterrupt:
+            exit_with(
+                INTERRUPTED, f"interrupted; {len(rows)} flips are in {where}, --resume goes on", as_json
+            )
+        silent = sum(row["outcome"] == "silent" for row in rows)
+        document = _document(study, rows, workload, seed, lanes)
+        options.write_all(
+            where,
+            {"upsets.json": options.as_json_text(document), "upsets.csv": options.as_csv_text(rows)},
+        )
+        options.print_report([*_table(rows), document["headline"]], document, where, as_json=as_json)
+        raise typer.Exit(FAILED if silent else 0)
+
+
+def _recorded(where: Path, key: str, *, resume: bool) -> list[dict[str, Any]]:
+    """The flips that the folder holds. Raises HwModelError for those of another study, and where --resume is missing."""
+    from hw_model import HwModelError
+
+    place = where / ROWS
+    if not place.exists():
+        options.write_all(where, {ROWS: json.dumps({"schema": SCHEMA, "study": key}) + "\n"})
+        return []
+    if not resume:
+        raise HwModelError(
+            f"--out = {where}: holds flips already; --resume goes on with them, or give another folder"
+        )
+    lines = place.read_text(encoding="utf-8").splitlines(keepends=True)
+    whole = [line for line in lines if line.endswith("\n")]  # a kill may have cut the last one short
+    if whole != lines:
+        options.write_all(where, {ROWS: "".join(whole)})
+    if not whole or json.loads(whole[0]) != {"schema": SCHEMA, "study": key}:
+        raise HwModelError(f"--out = {where}: holds flips of another problem, engine, seed or version")
+    return [json.loads(line) for line in whole[1:]]
+
+
+def _document(
+    study: UpsetStudy, rows: Sequence[dict[str, Any]], workload: Path, seed: int, lanes: int
+) -> dict[str, Any]:
+    changed = [row for row in rows if row["outcome"] != "no effect"]
+    counts = Counter(row["outcome"] for row in changed)
+    right = counts["other bits, right"] + counts["right after retry"]
+    headline = (
+        f"measured: {len(rows)} bits turned over, {len(changed)} with an effect: {counts['silent']} silent,"
+        f" {counts['reported']} reported, {right} answered right, {counts['right after retry']} of them by the retry"
+    )
+    return {
+        "schema": SCHEMA,
+        "provenance": "measured: RTL under Verilator, certificates by Rust",
+        "headline": headline,
+        "workload": str(workload),
+        "seed": seed,
+        "lanes": lanes,
+        "clean": {"status": study.clean.status.name, "clocks": study.clocks},
+        "by_place": _counted(rows),
+        "flips": list(rows),
+    }
+
+
+def _counted(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, int]]:
+    found: dict[str, dict[str, int]] = {}
+    for row in rows:
+        of = found.setdefault(row["place"], {})
+        of[row["outcome"]] = of.get(row["outcome"], 0) + 1
+    return found
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """By place how many flips came to what."""
+    from orbsoc.rtl.upsets import OUTCOMES
+
+    heads = ["place", "flips", *OUTCOMES]
+    lines = ["  ".join(heads)]
+    for place, counts in _counted(rows).items():
+        cells = [place, sum(counts.values()), *(counts.get(outcome, 0) for outcome in OUTCOMES)]
+        lines.append("  ".join(f"{cell!s:>{len(head)}}" for head, cell in zip(heads, cells, strict=True)))
+    return lines
