@@ -90,7 +90,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
         residency = Residency(name for name, words in pattern.buffers.items() if words)
         outputs: tuple[str, ...] = ()
         iteration = solve.events[0][1] if solve.events else 0
-        actions.append(Action(_before(trace, s), "ps", PROBLEM, s, iteration, -1))
+        actions.append(Action(before(trace, s), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl and changed:
             actions.append(Action(Work("load", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl:
@@ -128,7 +128,7 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
     return actions
 
 
-def _before(trace: Trace, s: int) -> Work:
+def before(trace: Trace, s: int) -> Work:
     """What the PS does before a solve."""
     pattern = trace.solves[s].pattern
     if trace.outer_loop is None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from .actions import REWRITTEN, START_UP, Work, actions_of, ending, running
+from .actions import REWRITTEN, START_UP, Work, actions_of, before, ending, running
 from .control_program import SEPARATOR, members, split, streams_of
 from .durations import Durations
 from .link import Residency
@@ -37,7 +37,8 @@ class _State(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class SolveCosts:
-    """Costs of solves of the first pattern of the trace that the durations are of."""
+    """Costs of solves of the first pattern of the trace that the durations are of. Of an outer loop in the trace what comes before its
+    first solve is in each of them; what comes after the last must be nothing."""
 
     durations: Durations
     _steps: dict[tuple[int, tuple[str, ...]], tuple[int, int, int]] = field(default_factory=dict)
@@ -94,7 +95,7 @@ class SolveCosts:
         """The state in which a solve begins, and the cost until then."""
         pattern, partition = self.durations.trace.patterns[0], self.durations.partition
         residency = Residency(name for name, words in pattern.buffers.items() if words)
-        works = [Work("build", "ps", 0, "")] + partition.uses_pl * [Work("publish", "ps", 0, "")]
+        works = [before(self.durations.trace, 0)] + partition.uses_pl * [Work("publish", "ps", 0, "")]
         cost = self._cost(works)
         return self._number(_State(residency, ())), cost.picoseconds, cost.pl_cycles
 

@@ -1,7 +1,7 @@
 """The computer on board: how long the conic solves of an answer take on a device under a partition.
 
 The PL's cycles are those of schedules, equal to the RTL, as in `orbsoc plan`; every time is modelled at nominal parameters. What is
-timed is each problem's generation, as assumed, and its solve; not the rest of guidance.
+timed is each solve and what guidance does around it, where that was counted; else the problem's generation, as assumed.
 """
 
 from __future__ import annotations
@@ -12,9 +12,13 @@ from functools import cached_property
 from typing import Any
 
 from hw_model import Partition, Platform, Trace, load_partition, load_platform, parse_trace
+from hw_model.timing import ps
 from hw_model.timing.durations import Durations
 from hw_model.timing.solve_cost import Cost, SolveCosts
+from hw_model.timing.trace import Work as CountedWork
+from hw_model.vocabulary import picoseconds_of_cycles
 from orbsoc import _core
+from orbsoc.guidance.outer_loop import OuterLoop, Work
 from orbsoc.hw.emulation import operation_latencies
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.ps.trace import SCHEMA, method_of, pattern_of
@@ -36,7 +40,17 @@ class Price:
         return 1e3 * self.time_s
 
 
+def scope(counted: int, replans: int) -> str:
+    """What the times of re-plans are of, around so many of which the outer loop was counted."""
+    if not counted:
+        return "conic solves alone"
+    if counted == replans:
+        return "the outer loop counted"
+    return f"the outer loop counted in {counted} of {replans}, else conic solves alone"
+
+
 NOTHING = Price(0.0, 0)
+_NO_WORK = {"instructions": 0, "divisions": 0, "roots": 0}
 
 
 @dataclass(slots=True, eq=False)
@@ -49,8 +63,8 @@ class Computer:
     device: str
     partition: str
     slower: float = 1.0
-    _costs: dict[PatternKey, _Costs] = field(default_factory=dict)
-    _known: dict[Ran, Cost] = field(default_factory=dict)
+    _costs: dict[tuple[PatternKey, bool], _Costs] = field(default_factory=dict)
+    _known: dict[tuple[Ran, bool], Cost] = field(default_factory=dict)
     _platform: Platform = field(init=False)
     _split: Partition = field(init=False)
 
@@ -69,18 +83,28 @@ class Computer:
         other._costs, other._known = self._costs, self._known
         return other
 
-    def price(self, ran: Sequence[Ran], solver: OnboardSolver) -> Price:
-        """Of solves, one after the other."""
-        found = [self._known.get(each) or self._price(each, solver) for each in ran]
+    def price(self, ran: Sequence[Ran], solver: OnboardSolver, around: OuterLoop | None = None) -> Price:
+        """Of solves, one after the other, and what was counted around the first of them."""
+        counted = 0 if around is None else around.solves
+        keys = [(each, k < counted) for k, each in enumerate(ran)]
+        found = [self._known.get(key) or self._price(*key, solver) for key in keys]
         picoseconds, cycles = (sum(each[k] for each in found) for k in (0, 1))
+        picoseconds += sum(map(self._outer, around.works if around is not None else ()))
         return Price(self.slower * picoseconds / PICOSECONDS_PER_S, cycles)
 
-    def _price(self, ran: Ran, solver: OnboardSolver) -> Cost:
-        costs = self._costs.get(ran.pattern)
+    def _price(self, ran: Ran, alone: bool, solver: OnboardSolver) -> Cost:
+        """`alone`: without the generation of its problem."""
+        costs = self._costs.get((ran.pattern, alone))
         if costs is None:
-            costs = _Costs(solver.patterns[ran.pattern], ran, self._platform, self._split)
-            self._costs[ran.pattern] = costs
-        self._known[ran] = found = costs.costs.of(ran.events)
+            costs = _Costs(solver.patterns[ran.pattern], ran, alone, self._platform, self._split)
+            self._costs[ran.pattern, alone] = costs
+        self._known[ran, alone] = found = costs.costs.of(ran.events)
+        return found
+
+    def _outer(self, work: Work) -> int:
+        """Picoseconds of a core."""
+        cycles = ps.outer_cycles(CountedWork(**work._asdict()), self._platform.ps)
+        [found] = picoseconds_of_cycles([cycles], self._platform.ps.clock_mhz.value)
         return found
 
 
@@ -90,6 +114,7 @@ class _Costs:
 
     pattern: Pattern
     first: Ran
+    alone: bool
     platform: Platform
     split: Partition
 
@@ -97,7 +122,12 @@ class _Costs:
     def trace(self) -> Trace:
         """Of the first solve."""
         solve = {"pattern": 0, **self.first._asdict(), "events": [list(each) for each in self.first.events]}
-        return parse_trace({
+        outer = (
+            {"outer_loop": {"works": [_NO_WORK, _NO_WORK], "source": "priced beside it"}}
+            if self.alone
+            else {}
+        )
+        return parse_trace(outer | {
             "schema": SCHEMA,
             "datapath": "f64",
             "method": method_of(_core),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -52,6 +52,8 @@ class CycleRecord:
     price: Price = NOTHING
     solves: int = 0
     iterations: int = 0
+    counted: bool = False
+    """Whether what guidance does around all of its solves was counted, and is in the price."""
     flown_s: float = inf
 
     @property
@@ -177,7 +179,8 @@ class _Run:
         sensed = self.vehicle.sense(np.random.default_rng([self.seed, self.number, trigger.number]))
         answer = self.loop.answer(trigger, sensed, self.flying, self.solver, self.timing.allowance_s)
         ran = self.solver.ran
-        price = self.computer.price(ran, self.solver)
+        around = answer.around
+        price = self.computer.price(ran, self.solver, around)
         ready_s = trigger.at_s + price.time_s
         self.busy_s = ready_s
         fate = Fate.FLOWN if ready_s <= answer.from_s else Fate.LATE
@@ -187,7 +190,8 @@ class _Run:
             fate = Fate.NO_ANSWER
         flown_s = max(answer.from_s, ready_s)
         iterations = sum(each.iterations for each in ran)
-        record = CycleRecord(trigger, fate, answer, price, len(ran), iterations, flown_s)
+        counted = around is not None and around.solves == len(ran)
+        record = CycleRecord(trigger, fate, answer, price, len(ran), iterations, counted, flown_s)
         if not fate.is_flown:
             self.cycles.append(_without_flight(record, fate))
             return
@@ -216,4 +220,4 @@ class _Run:
 
 
 def _without_flight(record: CycleRecord, fate: Fate) -> CycleRecord:
-    return CycleRecord(record.trigger, fate, record.answer, record.price, record.solves, record.iterations)
+    return replace(record, fate=fate, flown_s=inf)

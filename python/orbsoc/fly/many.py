@@ -98,6 +98,7 @@ def _row(flight: Flight, still: Flight) -> dict[str, Any]:
         "lost": flight.lost,
         "late": sum(each.fate is Fate.LATE for each in flight.cycles),
         "unanswered": sum(each.fate is Fate.NO_ANSWER for each in flight.cycles),
+        "counted": sum(each.counted for each in computed),
         "longest_ms": 1e3 * flight.longest_s,
         "at_s": [each.trigger.at_s for each in computed],
         "computed_ms": [each.price.time_ms for each in computed],
@@ -208,6 +209,8 @@ def summary(study: Study, scenario: BaseScenario, found: Mapping[str, NDArray[An
         "replans": {"fewest": int(found["replans"].min()), "total": int(found["replans"].sum())},
         "lost": int(found["lost"].sum()),
         "unanswered": int(found["unanswered"].sum()),
+        "computed": int(took.size),
+        "outer_loop_counted": int(found["counted"].sum()),
         "computed_ms": quantiles(took) if took.size else {},
         "ends": {
             name: {"with": _spread(found[name]), "without": _spread(found[f"{WITHOUT}{name}"])}
@@ -222,7 +225,7 @@ def summary(study: Study, scenario: BaseScenario, found: Mapping[str, NDArray[An
 def _spread(values: NDArray[Any]) -> dict[str, float]:
     return {
         "mean": float(values.mean()),
-        "std": float(values.std()),
+        "std": float(values.std()) if np.ptp(values) else 0.0,
         "least": float(values.min()),
         "largest": float(values.max()),
     }

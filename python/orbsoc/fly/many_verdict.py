@@ -7,6 +7,7 @@ from typing import Any
 
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
+from .computer import scope
 from .many import Study
 
 
@@ -40,15 +41,14 @@ def _deadline(study: Study, document: Mapping[str, Any]) -> VerdictLine | None:
     if not times:
         return None
     window = "the guidance period" if document["window_ms"] is None else f"{document['window_ms']:g} ms"
-    figure = (
-        f"p50 {times['p50']:.3g}, p99 {times['p99']:.3g}, worst {times['worst']:.3g} ms; {lost} re-plans lost"
-    )
+    figure = f"p50 {times['p50']:.3g}, p99 {times['p99']:.3g}, worst {times['worst']:.3g} ms; {lost} re-plan{'s' * (lost != 1)} lost"
     word = Word.PASS if lost == 0 else Word.FAIL
     return VerdictLine(Question.DEADLINE, word, figure, window)
 
 
 def _computer(study: Study, document: Mapping[str, Any]) -> VerdictLine:
     slow = f", {study.slower:g} times as slow" if study.slower != 1.0 else ""
-    figure = f"{study.device}, partition {study.partition}{slow}: exact PL cycles, conic solves alone"
+    words = scope(document["outer_loop_counted"], document["computed"])
+    figure = f"{study.device}, partition {study.partition}{slow}: exact PL cycles; {words}"
     word = Word.MODELLED if document["computed_ms"] else Word.NOT_NEEDED
     return VerdictLine(Question.COMPUTER, word, figure)

@@ -18,7 +18,10 @@ from .slower import Enough
 from .verdict import verdict_of
 
 SCHEMA = "orbsoc.flight/1"
-SCOPE = "each problem's generation, as assumed, and its conic solve; not the rest of guidance"
+SCOPE = (
+    "each conic solve with what guidance does around it where that was counted, else with the generation of its problem, as assumed;"
+    " navigation is not in it"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +84,7 @@ def cycle_row(cycle: CycleRecord) -> dict[str, Any]:
         "pl_cycles": cycle.price.pl_cycles,
         "solves": cycle.solves,
         "iterations": cycle.iterations,
+        "outer_loop_counted": cycle.counted,
         "ready_s": cycle.ready_s if cycle.solves else None,
         "flown_s": number_or_none(cycle.flown_s),
         "answer": "" if answer is None else answer.words,

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from orbsoc.guidance.closed_loop import ClosedLoop
 from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word
 
-from .computer import Computer
+from .computer import Computer, scope
 from .loop import CycleRecord, Fate, Flight, Timing
 from .slower import Enough
 
@@ -50,12 +50,13 @@ def _deadline(
 
 
 def _computer(cycles: Iterable[CycleRecord], computer: Computer) -> VerdictLine:
-    found = [each.price for each in cycles if each.solves]
+    computed = [each for each in cycles if each.solves]
+    found = [each.price for each in computed]
     if not found:
         return VerdictLine(Question.COMPUTER, Word.NOT_NEEDED, "nothing was planned in flight")
     times, cycles_ = sorted(each.time_ms for each in found), max(each.pl_cycles for each in found)
     figure = (
         f"{computer.name}: {times[0]:.3g}–{times[-1]:.3g} ms a re-plan, at most {cycles_} PL cycles, exact;"
-        " conic solves alone"
+        f" {scope(sum(each.counted for each in computed), len(computed))}"
     )
     return VerdictLine(Question.COMPUTER, Word.MODELLED, figure)

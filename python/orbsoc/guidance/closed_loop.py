@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .outer_loop import OuterLoop
 from .scp import Solve
 from .verdict import VerdictLine
 
@@ -51,6 +52,8 @@ class Answer:
     figures: Mapping[str, float] = field(default_factory=dict)
     decisions: tuple[Decision, ...] = ()
     """What was tried on the way to it, in order; empty where there was one thing to try."""
+    around: OuterLoop | None = None
+    """What was counted around its first solves; of further ones, and without it of all, each problem's generation is assumed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,11 +16,18 @@ class Work(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class OuterLoop:
-    """Before the first solve of a plan, between two, and after the last: one entry more than there are solves."""
+    """Before the first solve of a plan, between two, and after the last: one entry more than there are solves.
+
+    Of a re-plan in flight, whose solves it may count in part, those are the first ones."""
 
     works: tuple[Work, ...]
     source: str
     """Where the numbers come from: "counted under QEMU, …"."""
+
+    @property
+    def solves(self) -> int:
+        """How many it is around."""
+        return len(self.works) - 1
 
     def to_dict(self) -> dict[str, Any]:
         """The `outer_loop` of a trace."""

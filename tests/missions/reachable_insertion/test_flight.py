@@ -19,6 +19,7 @@ from orbsoc.missions.reachable_insertion.flight.loop import InsertionLoop
 from orbsoc.missions.reachable_insertion.flight.motion import Burn, Engine, Field, flown, steps_to
 from orbsoc.missions.reachable_insertion.flight.vehicle import FlyingVehicle
 from orbsoc.missions.reachable_insertion.model.problem_data import ProblemData
+from orbsoc.missions.reachable_insertion.outer_loop import outer_loop, replan_loop
 from orbsoc.missions.reachable_insertion.search.setup import InsertionSetup
 from orbsoc.missions.reachable_insertion.targets.target_orbit import TargetOrbit
 from orbsoc.orbit import EARTH, Thruster, propagate_burn
@@ -158,3 +159,26 @@ def test_what_contradicts_the_flight_is_refused_with_its_key(
     with pytest.raises(ScenarioError) as raised:
         mission.closed_loop(scenario.with_changes(**changes), orbsoc.solve)
     assert str(raised.value.complaints[0]).startswith(key)
+
+
+def test_every_warm_answer_has_its_outer_loop(loop: InsertionLoop, computer: Computer) -> None:
+    flight = fly(loop, computer, OnboardSolver(), TIMING, seed=3, number=2)
+    data, steps = [], []
+    for cycle in flight.cycles:
+        assert cycle.counted
+        assert cycle.answer is not None
+        assert cycle.answer.around is not None
+        works = cycle.answer.around.works
+        assert len(works) == cycle.solves + 1
+        data += [work.instructions for work in works[1:-1]]
+        steps.append((cycle.answer.figures["left_s"], works[-1].instructions))
+    assert set(data) == {outer_loop(loop.scenario, mission.plan(loop.scenario)).works[1].instructions}  # type: ignore[union-attr]
+    assert steps == sorted(steps, reverse=True)  # the judging flight is as long as the burn that is left
+
+
+def test_the_guidance_loop_executes_what_its_flights_have() -> None:
+    short, long = (replan_loop(12, 500, 3, 1, judged).works for judged in (20, 40))
+    assert short[:-1] == long[:-1]
+    assert long[-1].instructions == pytest.approx(2.0 * short[-1].instructions, rel=0.02)
+    [alone] = replan_loop(12, 500, 0, 1, 0).works
+    assert alone.instructions == short[0].instructions - short[1].instructions

@@ -4,6 +4,9 @@ The program has no loop whose length a number of the state decides, so what it e
 are those of an aarch64 build by gcc 12 at -O2, counted under QEMU over 8 to 32 nodes, 1 to 5 steps a node of the guess and
 1 to 5 steps a sample of the judging flight; a sum is within 0.02 % of every count. A sample that falls on a node takes less.
 tests/flight/test_outer_loop.py counts again.
+
+A re-plan in flight runs the same loops over other counts: it flies the estimate on, then the flying attitude for a reference, in the
+steps of the judging flight.
 """
 
 from __future__ import annotations
@@ -54,6 +57,18 @@ def outer_loop(scenario: Scenario, plan: object) -> OuterLoop | None:
     last = _sum(JUDGED, (1, SAMPLES, SAMPLES * nodes, steps, steps * nodes))
     between = len(one.outcome.iterations) - 1
     return OuterLoop((first, *[each] * between, last), SOURCE)
+
+
+def replan_loop(nodes: int, entries: int, solves: int, ahead: int, judged: int) -> OuterLoop:
+    """Of a re-plan from the flying burn: `ahead` and `judged` steps of the flights over the allowance and of the answer."""
+    each = _sum(SUBPROBLEM, (1, nodes, entries))
+    pieces = nodes + 1
+    flights = _sum(JUDGED, (1, nodes, nodes * nodes, ahead + pieces, (ahead + pieces) * nodes))
+    if not solves:
+        return OuterLoop((flights,), SOURCE)
+    samples = 2 * judged + 1
+    last = _sum(JUDGED, (1, samples, samples * nodes, judged, judged * nodes))
+    return OuterLoop((_plus(each, flights), *[each] * (solves - 1), last), SOURCE)
 
 
 def _sum(factors: tuple[Factors, ...], times: tuple[int, ...]) -> Work:

@@ -9,6 +9,7 @@ import numpy as np
 
 from orbsoc.guidance.closed_loop import ON_TARGET, PERIOD, Answer, Decision, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.in_flight import loss_complaints
+from orbsoc.guidance.outer_loop import OuterLoop
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Solve
 from orbsoc.guidance.verdict import VerdictLine
@@ -123,28 +124,41 @@ class InsertionLoop:
         lost = belief.engine.thrust_n < self.scenario.vehicle.thrust_n
         if not lost and belief.at_s >= programme.end_s:
             return Answer(None, belief.at_s, "the burn is over before an answer can be flown")
-        if trigger.cause != EVENT and (burn := self._again(belief, programme, solve)) is not None:
-            return self._answer(belief, burn, "planned again from the flying burn")
+        around: OuterLoop | None = None
+        if trigger.cause != EVENT:
+            burn, around = self._again(belief, programme, solve)
+            if burn is not None:
+                return self._answer(belief, burn, "planned again from the flying burn", around)
         if not lost:
-            return Answer(None, belief.at_s, "no burn to the target that its own flight confirms")
+            words = "no burn to the target that its own flight confirms"
+            return Answer(None, belief.at_s, words, around=around)
         choice = self.losses.decide(belief, programme, solve)
+        around = around or choice.around
         last = choice.decisions[-1] if choice.decisions else None
         words = "nothing to decide" if last is None else f"{last.sought}: {last.found}"
         if choice.burn is None:
-            return Answer(None, belief.at_s, words, decisions=choice.decisions)
-        return self._answer(belief, choice.burn, words, choice.decisions)
+            return Answer(None, belief.at_s, words, decisions=choice.decisions, around=around)
+        return self._answer(belief, choice.burn, words, around, choice.decisions)
 
-    def _again(self, belief: Belief, flying: Burn, solve: Solve) -> Burn | None:
-        """The flying burn's goal once more, from where it has come."""
+    def _again(self, belief: Belief, flying: Burn, solve: Solve) -> tuple[Burn | None, OuterLoop | None]:
+        """The flying burn's goal once more, from where it has come, and what was counted around the solves."""
         if belief.engine.thrust_n == 0.0:
-            return None
+            return None, None
         if flying.goal == "perigee":
-            return self.losses.highest(belief, flying, solve)
+            return self.losses.highest(belief, flying, solve), None
         planner = self.warm if flying.target is None else self.warm.towards(flying.target)
-        return planner.plan(belief, flying, solve).burn
+        found = planner.plan(belief, flying, solve)
+        return found.burn, found.around
 
-    def _answer(self, belief: Belief, burn: Burn, words: str, decisions: tuple[Decision, ...] = ()) -> Answer:
-        return Answer(burn, belief.at_s, words, {"left_s": burn.duration_s}, decisions)
+    def _answer(
+        self,
+        belief: Belief,
+        burn: Burn,
+        words: str,
+        around: OuterLoop | None,
+        decisions: tuple[Decision, ...] = (),
+    ) -> Answer:
+        return Answer(burn, belief.at_s, words, {"left_s": burn.duration_s}, decisions, around)
 
     def outcome(self, vehicle: FlyingVehicle, programme: Burn) -> dict[str, float]:
         """The orbit at cut-off, osculating, beside the target's."""
@@ -185,7 +199,7 @@ class InsertionLoop:
         longest_s = left_kg / engine.flow_kg_s if engine.flow_kg_s > 0.0 else np.inf
         if scenario.guidance.latest_end_s is not None:
             longest_s = min(longest_s, scenario.guidance.latest_end_s - until_s)
-        return Belief(until_s, state, mass_kg, engine, longest_s)
+        return Belief(until_s, state, mass_kg, engine, longest_s, allowance_s)
 
     def _engine(self, at_s: float) -> Engine:
         """As it is known: whole until its fault is detected."""

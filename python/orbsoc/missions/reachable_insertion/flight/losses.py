@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
 from orbsoc.guidance.closed_loop import Decision
 from orbsoc.guidance.collocation import LegendreGauss, legendre_gauss
+from orbsoc.guidance.outer_loop import OuterLoop
 from orbsoc.guidance.powered_flight import Burn as CanonicalBurn
 from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.guidance.scp import ExitReason, Rules, Solve, sequential_convex
@@ -60,6 +62,17 @@ class Choice:
     burn: Burn | None
     decisions: tuple[Decision, ...]
     proof: Proof | None = None
+    around: OuterLoop | None = None
+    """What was counted around the first solves."""
+
+
+class _Attempt(NamedTuple):
+    """Of a branch: the burn, None without; what became of it; how many solves; what was counted around the first of them."""
+
+    burn: Burn | None
+    words: str
+    solves: int
+    around: OuterLoop | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,14 +86,16 @@ class Losses:
         """Choose an orbit from a belief, with the engine that is left."""
         proof = self.proof(belief)
         decisions: list[Decision] = []
+        around: OuterLoop | None = None
         if proof is not None:
             decisions.append(Decision(THE_TARGET, self.proof_words(proof), OUT_OF_REACH, 0))
         for sought, attempt in self._branches(belief, flying, solve, reachable=proof is None):
-            burn, words, solves = attempt
-            decisions.append(Decision(sought, words, NOT_FOUND if burn is None else CHOSEN, solves))
-            if burn is not None:
-                return Choice(burn, tuple(decisions), proof)
-        return Choice(None, tuple(decisions), proof)
+            around = around or attempt.around
+            word = NOT_FOUND if attempt.burn is None else CHOSEN
+            decisions.append(Decision(sought, attempt.words, word, attempt.solves))
+            if attempt.burn is not None:
+                return Choice(attempt.burn, tuple(decisions), proof, around)
+        return Choice(None, tuple(decisions), proof, around)
 
     def proof(self, belief: Belief) -> Proof | None:
         """A bound that no burn from a belief escapes; of an engine that is out every other orbit is beyond it."""
@@ -112,7 +127,7 @@ class Losses:
 
     def _branches(
         self, belief: Belief, flying: Burn, solve: Solve, *, reachable: bool
-    ) -> Iterator[tuple[str, tuple[Burn | None, str, int]]]:
+    ) -> Iterator[tuple[str, _Attempt]]:
         """Each branch when it is asked for."""
         if belief.engine.thrust_n == 0.0 or belief.longest_s <= 0.0:
             return
@@ -123,21 +138,23 @@ class Losses:
             counted = _Counted(solve)
             if name == "perigee":
                 found = self.highest(belief, flying, counted)
-                yield "the highest perigee", (found, self._perigee_words(belief, found), counted.count)
+                words = self._perigee_words(belief, found)
+                yield "the highest perigee", _Attempt(found, words, counted.count)
             elif name == "shape":
                 yield "the target's shape in any plane", self._searched(belief, solve, "shape")
             else:
                 yield "the largest orbit above the safe perigee", self._searched(belief, solve, "energy")
 
-    def _target(self, belief: Belief, flying: Burn, solve: Solve) -> tuple[Burn | None, str, int]:
+    def _target(self, belief: Belief, flying: Burn, solve: Solve) -> _Attempt:
         counted = _Counted(solve)
         warm = self.warm.plan(belief, flying, counted)
         if warm.burn is not None:
-            return warm.burn, f"a burn of {warm.burn.duration_s:.2f} s from the flying one", counted.count
-        burn, words, solves = self._searched(belief, solve, "target")
-        return burn, words, counted.count + solves
+            words = f"a burn of {warm.burn.duration_s:.2f} s from the flying one"
+            return _Attempt(warm.burn, words, counted.count, warm.around)
+        found = self._searched(belief, solve, "target")
+        return found._replace(solves=counted.count + found.solves, around=warm.around)
 
-    def _searched(self, belief: Belief, solve: Solve, goal: str) -> tuple[Burn | None, str, int]:
+    def _searched(self, belief: Belief, solve: Solve, goal: str) -> _Attempt:
         """By the search on the ground, its strategies that a computer on board has the time for."""
         counted = _Counted(solve)
         try:
@@ -145,21 +162,18 @@ class Losses:
             strategies = [each for each in STRATEGIES if each.name in ON_BOARD]
             found = searched(scenario, counted, None, strategies)
         except (PropagationError, ScenarioError, ValueError) as error:
-            return None, f"not planned: {str(error).splitlines()[0]}", counted.count
+            return _Attempt(None, f"not planned: {str(error).splitlines()[0]}", counted.count)
         if found.interrupted:
             raise KeyboardInterrupt
         if not found.verified:
-            return None, _closest(found), counted.count
+            return _Attempt(None, _closest(found), counted.count)
         arc = found.trajectory
         burn = self._burn(belief, arc.grid, arc.controls, found.time_of_flight_s, goal)
         if goal != "target":
             end, _ = self.warm.end_of(belief, burn)
             burn = replace(burn, target=TargetOrbit.through(end, self.scenario.constants))
-        return (
-            burn,
-            f"a burn of {found.time_of_flight_s:.2f} s from the start {found.best.start.name!r}",
-            counted.count,
-        )
+        words = f"a burn of {found.time_of_flight_s:.2f} s from the start {found.best.start.name!r}"
+        return _Attempt(burn, words, counted.count)
 
     def scenario_of(self, belief: Belief, goal: str) -> Scenario:
         """The scenario from a belief, towards its target or another orbit. Raises ScenarioError where it cannot be told as one."""

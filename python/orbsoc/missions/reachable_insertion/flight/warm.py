@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from math import ceil
 
 import numpy as np
 
 from orbsoc.guidance.collocation import LegendreGauss
+from orbsoc.guidance.outer_loop import OuterLoop
 from orbsoc.guidance.powered_flight import Burn as CanonicalBurn
 from orbsoc.guidance.powered_flight import Trajectory
 from orbsoc.guidance.scp import ExitReason, Outcome, Rules, Solve, Subproblem, sequential_convex
@@ -20,10 +22,11 @@ from orbsoc.orbit.array import Array
 
 from ..model.problem_data import ProblemData
 from ..model.problems import Iterate, MinTime
+from ..outer_loop import replan_loop
 from ..scenario import Scenario
 from ..search.setup import InsertionSetup
 from ..targets.target_orbit import TargetOrbit
-from .motion import Burn, Engine, Field, flown, steps_to
+from .motion import STEP_S, Burn, Engine, Field, flown, steps_to
 
 MISS = 1e-5
 """Of the terminal conditions, relative, that an answer may leave in its own flight: 64 m and 8 cm/s, about what navigation knows."""
@@ -47,6 +50,8 @@ class Belief:
     mass_kg: float
     engine: Engine
     longest_s: float
+    ahead_s: float = 0.0
+    """For how long the estimate was flown on to it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +62,8 @@ class WarmAnswer:
     outcome: Outcome[Iterate]
     miss: float
     excess: float
+    around: OuterLoop
+    """What a program in C would do around the solves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +96,7 @@ class WarmPlanner:
         if outcome.reason is ExitReason.INTERRUPTED:
             raise KeyboardInterrupt
         if outcome.reason not in USABLE:
-            return WarmAnswer(None, outcome, np.inf, np.inf)
+            return WarmAnswer(None, outcome, np.inf, np.inf, self._around(belief, outcome, grid, 0.0))
         arc = outcome.iterate.trajectory
         found = replace(
             flying,
@@ -101,7 +108,15 @@ class WarmPlanner:
         end, excess = self.end_of(belief, found)
         miss = float(np.abs(self.target.conditions(end[None])).max())
         good = miss <= MISS and excess <= THRUST_EXCESS
-        return WarmAnswer(found if good else None, outcome, miss, excess)
+        around = self._around(belief, outcome, grid, found.duration_s)
+        return WarmAnswer(found if good else None, outcome, miss, excess, around)
+
+    def _around(
+        self, belief: Belief, outcome: Outcome[Iterate], grid: LegendreGauss, judged_s: float
+    ) -> OuterLoop:
+        entries = self.patterns[grid.size].pattern.A.nnz
+        ahead, judged = (ceil(span_s / STEP_S - 1e-9) for span_s in (belief.ahead_s, judged_s))
+        return replan_loop(grid.size, entries, len(outcome.iterations), ahead, judged)
 
     def towards(self, target: TargetOrbit) -> WarmPlanner:
         """The same to another orbit."""
