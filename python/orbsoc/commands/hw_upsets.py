@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -64,7 +65,7 @@ def upsets(
         tell(f"a clean solve takes {study.clocks} clocks and ends {study.clean.status.name}")
         try:
             with (where / ROWS).open("a", encoding="utf-8") as file:
-                for found in study.run(seed, range(len(rows), flips)):
+                for found in study.run(seed, range(len(rows), flips), len(os.sched_getaffinity(0))):
                     rows.append(found.row())
                     file.write(json.dumps(rows[-1]) + "\n")
                     file.flush()

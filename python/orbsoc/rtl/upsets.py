@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -168,21 +169,26 @@ class UpsetStudy:
             at -= bits
         raise AssertionError("a bit beyond the last")
 
-    def run(self, seed: int, numbers: Sequence[int]) -> Iterator[Upset]:
-        """Each of these flips, in a solve of its own."""
-        for number in numbers:
-            flip, command = self.flip(seed, number)
-            with RtlSession(self._harness) as session:
-                first, found = self._attempted(session, flip.clock, command)
-                if found is not None and same_solution(found, self._raw_clean):
-                    yield Upset(flip, first, "no effect")
-                elif found is not None and found.status == self._raw_clean.status:
-                    right = self._right(solution_of(found))
-                    yield Upset(flip, first, "other bits, right" if right else "silent")
-                else:
-                    _, again = self._attempted(session, None, "")
-                    right = again is not None and same_solution(again, self._raw_clean)
-                    yield Upset(flip, first, "right after retry" if right else "reported")
+    def run(self, seed: int, numbers: Sequence[int], workers: int = 1) -> Iterator[Upset]:
+        """Each of these flips, in a solve of its own, in their order; `workers` simulations run side by side."""
+        pool = ThreadPoolExecutor(workers)
+        try:
+            yield from pool.map(lambda number: self._one(*self.flip(seed, number)), numbers)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+    def _one(self, flip: Flip, command: str) -> Upset:
+        """A solve with a flip; the retry is in the same simulation, as on a chip."""
+        with RtlSession(self._harness) as session:
+            first, found = self._attempted(session, flip.clock, command)
+            if found is not None and same_solution(found, self._raw_clean):
+                return Upset(flip, first, "no effect")
+            if found is not None and found.status == self._raw_clean.status:
+                right = self._right(solution_of(found))
+                return Upset(flip, first, "other bits, right" if right else "silent")
+            _, again = self._attempted(session, None, "")
+            right = again is not None and same_solution(again, self._raw_clean)
+            return Upset(flip, first, "right after retry" if right else "reported")
 
     def _attempted(
         self, session: RtlSession, clock: int | None, command: str
