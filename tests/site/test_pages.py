@@ -1,6 +1,6 @@
 """Tutorials and how-to pages say what is true: their commands and code run in order, and print what stands below them.
 
-A page runs in a folder of its own beside the shipped scenarios. In a `text` block … stands for anything.
+A page runs in a folder of its own beside the shipped scenarios. In a `text` block … stands for anything, and numbers are near (tests/printed.py).
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.printed import shows
+
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.glob("tutorials/*.md"), *DOCS.glob("how-to/*.md"), DOCS / "index.md"])
@@ -23,12 +25,6 @@ RUN = {"sh", "python"}
 SHOWN = {"toml", "c"}
 """Languages of blocks that are parts of a file; `toml` is read by the commands below it."""
 PROGRESS = re.compile(r"^planning.*\n?", re.MULTILINE)
-
-
-def expression(text: str) -> re.Pattern[str]:
-    """What a `text` block allows."""
-    parts = (re.escape(part) for part in text.rstrip().split("…"))
-    return re.compile(".*".join(parts) + r"\s*", re.DOTALL)
 
 
 def run_shell(code: str, folder: Path) -> str:
@@ -72,12 +68,6 @@ def test_a_page_does_what_it_shows(page: Path, tmp_path: Path, monkeypatch: pyte
             assert named, "a toml block begins with the name of its file"
             (tmp_path / named[1]).write_text(code, encoding="utf-8")
         elif language == "text":
-            assert expression(code).fullmatch(printed), f"{page.name} shows\n{code}\nbut it is\n{printed}"
+            assert shows(code, printed), f"{page.name} shows\n{code}\nbut it is\n{printed}"
         else:
             assert language in SHOWN, language
-
-
-def test_an_expected_text_is_taken_literally_but_for_its_dots() -> None:
-    assert expression("a (1.5) … c\n").fullmatch("a (1.5) b\nb c\n")
-    assert not expression("a (1.5) … c\n").fullmatch("a (1x5) b c\n")
-    assert not expression("a").fullmatch("a b")
