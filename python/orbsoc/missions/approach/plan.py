@@ -181,6 +181,7 @@ def _flights(plan: Plan) -> VerdictLine | None:
     allowed = ceil(errors.left_out * runs)
     figure = f"{found.entered} of {runs} enter the keep-out, {found.left_corridor} leave the corridor"
     word = Word.MET if max(found.entered, found.left_corridor) <= allowed else Word.MISSED
-    return VerdictLine(
-        Question.FLIGHTS, word, figure, str(allowed), f"last point missed by ≤ {found.miss_m.max():.2f} m"
-    )
+    missed = f"last point missed by ≤ {found.miss_m.max():.2f} m"
+    if plan.approach.errors_m:
+        missed += f"; margin {plan.approach.errors_m:.1f} m larger for {errors.sigmas:g} σ"
+    return VerdictLine(Question.FLIGHTS, word, figure, str(allowed), missed)

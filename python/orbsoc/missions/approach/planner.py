@@ -21,10 +21,14 @@ from .model.problem import Forms
 from .scenario import Scenario
 from .search.sequence import Attempt, attempt, cost_of, lengthened, sides, solve_convex, turns, widened
 from .verification.closed_loop import CorrectedFlights, fly_corrected
+from .verification.errors import room_m
+from .verification.linear import arcs
 from .verification.verify import Verification, verify
 
 WORTH_MORE = 1.03
 """Of what the flight without the keep-out costs: a plan that costs no more is not sought from elsewhere."""
+GROWN, MORE = 4, 1.02
+"""Times that the keep-out grows for errors, and by how much of what is lacking."""
 TOLD = 3
 """Attempts that a message tells of, where none found anything."""
 COLUMNS = {"cost_m_s": Column("cost", ".6f", "m/s"), "broken_m": Column("broken by", ".1e", "m")}
@@ -76,16 +80,36 @@ class ApproachPlan:
 def made(
     scenario: Scenario, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> ApproachPlan:
-    """The plan, flown."""
-    found = plan_unflown(scenario, solve, callback)
+    """The plan, flown; with `[uncertainty]` planned again about a larger keep-out, as long as its errors reach into it.
+
+    Where no larger one has a plan, the last that was found is told.
+    """
+    found = plan_unflown(Approach.of(scenario), solve, callback)
+    for _ in range(GROWN):
+        lacking = _lacking_m(found)
+        if lacking <= 0.0:
+            break
+        larger = replace(found.approach, errors_m=found.approach.errors_m + MORE * lacking)
+        next_ = plan_unflown(larger, solve, callback)
+        if next_.programme is None and next_.status is not PlanStatus.INTERRUPTED:
+            break
+        found = replace(next_, subproblems=_numbered((*found.subproblems, *next_.subproblems)))
     return found if found.programme is None else _flown(found)
 
 
+def _lacking_m(found: ApproachPlan) -> float:
+    """How far errors reach into the keep-out, m; negative where they do not, or where there are none."""
+    errors, programme = found.scenario.uncertainty, found.programme
+    if errors is None or programme is None:
+        return -np.inf
+    return -room_m(found.approach, programme, arcs(found.approach, programme), errors)
+
+
 def plan_unflown(
-    scenario: Scenario, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
+    approach: Approach, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> ApproachPlan:
     """The plan as it is solved; its status says that nothing has verified it."""
-    approach, used = Approach.of(scenario), uninterrupted(solve)
+    scenario, used = approach.scenario, uninterrupted(solve)
     forms = Forms(approach)
     try:
         first = at_nodes(approach)
@@ -99,7 +123,7 @@ def plan_unflown(
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     solved = (row, free, *(each for attempt in attempts for each in attempt.subproblems))
-    rows = tuple(replace(each, number=k) for k, each in enumerate(solved, 1))
+    rows = _numbered(solved)
     safe = [each for each in attempts if each.found]
     if not safe:
         return _nothing(approach, attempts, rows)
@@ -119,6 +143,10 @@ def plan_unflown(
     return ApproachPlan(
         scenario, approach, PlanStatus.NOT_VERIFIED, best.reason, message, programme, attempts, least, rows
     )
+
+
+def _numbered(rows: tuple[Iteration, ...]) -> tuple[Iteration, ...]:
+    return tuple(replace(each, number=k) for k, each in enumerate(rows, 1))
 
 
 def _attempts(

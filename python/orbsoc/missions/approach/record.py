@@ -34,6 +34,7 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         "aborts": [each.to_dict() for each in found.aborts] if found else [],
         "truth": {"j2_drag_corrected": found.corrected.to_dict()} if found else {},
         "drift_with_j2_m": _number(found.drift_with_j2_m) if found else None,
+        "errors": _errors(plan),
         "monte_carlo": flights.to_dict() if flights else None,
         "certificates": {"optimum": {"bound": plan.lower_bound, "gap": plan.cost - plan.lower_bound}}
         if plan.lower_bound is not None and programme
@@ -55,6 +56,18 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         },
         "constants": EARTH.to_dict(),
         "scenario": plan.scenario.model_dump(mode="json"),
+    }
+
+
+def _errors(plan: ApproachPlan) -> dict[str, float] | None:
+    """What `[uncertainty]` takes of the room about the keep-out, and what was added to the margin for it."""
+    errors = plan.scenario.uncertainty
+    if errors is None or plan.verification is None:
+        return None
+    return {
+        "sigmas": errors.sigmas,
+        "room_m": plan.verification.room_m,
+        "margin_added_m": plan.approach.errors_m,
     }
 
 

@@ -48,6 +48,8 @@ class Approach:
     """Of the drifts' horizon: less on the way to a plan."""
     narrow: float = 1.0
     """Of the keep-out: the same."""
+    errors_m: float = 0.0
+    """That the plan leaves beyond the scenario's margin, for errors of navigation and execution."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
@@ -95,8 +97,8 @@ class Approach:
 
     @property
     def outer_m(self) -> Array:
-        """Semi-axes of the keep-out with its margin, (3,)."""
-        return self.narrow * (self.axes_m + self.scenario.keep_out.margin_m)
+        """Semi-axes of the keep-out with its margins, (3,)."""
+        return self.narrow * (self.axes_m + self.scenario.keep_out.margin_m + self.errors_m)
 
     @property
     def gate_s(self) -> float:

@@ -17,6 +17,7 @@ from ..model.approach import Approach
 from .aborts import Abort, aborts
 from .closed_loop import CorrectedFlights, fly_corrected
 from .cuts import audit_cuts
+from .errors import room_m
 from .linear import LIMIT_M, Arc, Check, arcs, checks
 
 MISS_M, MISS_M_S = 0.1, 0.01
@@ -41,6 +42,8 @@ class Verification:
     drift_with_j2_m: float
     keep_out_m: float
     cut_burns: bool
+    room_m: float
+    """How far outside the keep-out that flight stays before the gate, less what errors reach; infinite without `[uncertainty]`."""
 
     @property
     def least_m(self) -> float:
@@ -70,6 +73,10 @@ class Verification:
         if not self.safe:
             least = self.least_cut_m if self.cut_burns else self.least_m
             found.append(f"a drift before the gate comes within {least:.2f} m")
+        if self.room_m < -LIMIT_M:
+            found.append(
+                f"errors reach {-self.room_m:.1f} m into the keep-out; more impulses before the gate leave less"
+            )
         flight = self.corrected
         where = "with J2 and drag, corrected at each impulse, the flight"
         limits: tuple[tuple[Any, float, str], ...] = (
@@ -91,6 +98,7 @@ class Verification:
 def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
     """Fly a programme, the planner's or a user's. Raises PropagationError."""
     scenario, flown = approach.scenario, arcs(approach, programme)
+    errors = scenario.uncertainty
     corrected = fly_corrected(approach, programme, flown)
     before = int(np.searchsorted(programme.times_s, approach.gate_s - 1e-6))
     return Verification(
@@ -102,6 +110,7 @@ def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
         drift_with_j2_m=_drifts(approach, corrected.pairs_after[:before, 0]),
         keep_out_m=float(approach.axes_m.min()),
         cut_burns=scenario.safety.cut_burns,
+        room_m=inf if errors is None else room_m(approach, programme, flown, errors),
     )
 
 
