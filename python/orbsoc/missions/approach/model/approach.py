@@ -48,6 +48,8 @@ class Approach:
     """Of the drifts' horizon: less on the way to a plan."""
     narrow: float = 1.0
     """Of the keep-out: the same."""
+    in_flight: bool = False
+    """Whether the start is where a flight has come to: its drift is what it is, and the first burn is not looked at cut."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
