@@ -30,7 +30,7 @@ from .model.nearest import Search
 from .model.problem import Forms
 from .planner import plan_unflown
 from .scenario import Scenario
-from .search.sequence import Found, attempt
+from .search.sequence import Found, attempt, sides
 
 COLUMNS = {
     ON_TARGET: "",
@@ -44,6 +44,8 @@ AN_ORBIT = 360
 """Instants of a drift, at which it is looked at."""
 SPARE_M = 0.1
 """That a re-plan leaves of what the state in which it begins has of a margin."""
+ABOUT = "about the flying programme"
+"""The first way; others pass the keep-out on a side."""
 FREE_M = 1e4
 """Of a hold that is given up: beyond any."""
 
@@ -186,18 +188,25 @@ def _beside(distance_m: float, side: str) -> str:
 def replanned(
     approach: Approach, flying: ImpulseProgramme, state: Array, sought: Sought, solve: Solve
 ) -> tuple[ImpulseProgramme | None, int]:
-    """The first safe flight about the flying impulses, from a state (6,) just before the first of them; and how many solves."""
+    """The first safe flight, sought about the flying impulses, then from every side, from a state (6,) just before the first of them; and how many solves."""
     begun = allowed(replace(approach, start=state, times_s=flying.times_s, in_flight=True), sought)
-    start = Found(flying, at_nodes(begun))
-    found = attempt(begun, Forms(begun), "in flight", None, solve, None, start, any_safe=True)
-    if found.reason is ExitReason.INTERRUPTED:
-        raise KeyboardInterrupt
-    reference, solves = found.reference, len(found.subproblems)
-    if found.reason is ExitReason.CONVERGED:
-        return reference.safe, solves
-    last = reference.last
-    if last is not None and Search(begun).broken(last).worst_m <= SPARE_M:
-        return last, solves
+    ways: dict[str, Array | None] = {ABOUT: None}
+    if begun.guarded:
+        ways |= sides(begun)
+    solves = 0
+    for name, normals in ways.items():
+        start = Found(flying, at_nodes(begun)) if name == ABOUT else None
+        found = attempt(begun, Forms(begun), name, normals, solve, None, start, any_safe=True)
+        if found.reason is ExitReason.INTERRUPTED:
+            raise KeyboardInterrupt
+        solves += len(found.subproblems)
+        if found.reason is ExitReason.CONVERGED:
+            return found.reference.safe, solves
+        last = found.reference.last
+        if last is not None and Search(begun).broken(last).worst_m <= SPARE_M:
+            return last, solves
+        if found.reason is ExitReason.SUBPROBLEM_INFEASIBLE:  # whatever the planes are
+            break
     return None, solves
 
 
@@ -208,7 +217,7 @@ def allowed(approach: Approach, sought: Sought) -> Approach:
     changes: dict[str, Any] = {}
     if approach.guarded and not sought.margin:
         outside_m = nearest_m(approach, approach.start, float(approach.times_s[0]), drifted_s(approach))
-        margin_m = _left(scenario.keep_out.margin_m, outside_m)
+        margin_m = max(0.0, _left(scenario.keep_out.margin_m, outside_m))
         changes["keep_out"] = scenario.keep_out.model_copy(update={"margin_m": margin_m})
     if not approach.guarded and scenario.corridor is not None:
         margin_m = _left(scenario.corridor.margin_m, float(scenario.corridor.depth(approach.start[:3])))
@@ -226,7 +235,8 @@ def allowed(approach: Approach, sought: Sought) -> Approach:
 
 
 def _left(margin_m: float, has_m: float) -> float:
-    return max(0.0, min(margin_m, has_m - SPARE_M))
+    """Of a margin; negative where the place is on the wrong side, from which the flight comes back."""
+    return min(margin_m, has_m - SPARE_M)
 
 
 def drifted_s(approach: Approach) -> float:
