@@ -55,8 +55,10 @@ def _computer(cycles: Iterable[CycleRecord], computer: Computer) -> VerdictLine:
     if not found:
         return VerdictLine(Question.COMPUTER, Word.NOT_NEEDED, "nothing was planned in flight")
     times, cycles_ = sorted(each.time_ms for each in found), max(each.pl_cycles for each in found)
+    ends = [f"{each:.3g}" for each in (times[0], times[-1])]
+    spanned = "–".join(dict.fromkeys(ends))
     figure = (
-        f"{computer.name}: {times[0]:.3g}–{times[-1]:.3g} ms a re-plan, at most {cycles_} PL cycles, exact;"
+        f"{computer.name}: {spanned} ms a re-plan, at most {cycles_} PL cycles, exact;"
         f" {scope(sum(each.counted for each in computed), len(computed))}"
     )
     return VerdictLine(Question.COMPUTER, Word.MODELLED, figure)

@@ -9,11 +9,13 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
+from .flight import ApproachLoop
 from .plan import Plan, audit, plan, reproduce
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
 PAPER = ""
+closed_loop = ApproachLoop.of
 
 __all__ = [
     "COLUMNS",
@@ -24,6 +26,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "audit",
+    "closed_loop",
     "disperse",
     "load_scenario",
     "plan",

@@ -80,21 +80,29 @@ class ApproachPlan:
 def made(
     scenario: Scenario, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> ApproachPlan:
-    """The plan, flown; with `[uncertainty]` planned again about a larger keep-out, as long as its errors reach into it.
+    """The plan, flown."""
+    found = planned(scenario, solve, callback)
+    return found if found.programme is None else _flown(found)
 
-    Where no larger one has a plan, the last that was found is told.
+
+def planned(
+    scenario: Scenario, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
+) -> ApproachPlan:
+    """The plan as it is solved; with `[uncertainty]` again about a larger keep-out, as long as its errors reach into it.
+
+    Where no larger one has a plan, the last that was found is told. Its status says that nothing has verified it.
     """
-    found = plan_unflown(Approach.of(scenario), solve, callback)
+    found = _planned(Approach.of(scenario), solve, callback)
     for _ in range(GROWN):
         lacking = _lacking_m(found)
         if lacking <= 0.0:
             break
         larger = replace(found.approach, errors_m=found.approach.errors_m + MORE * lacking)
-        next_ = plan_unflown(larger, solve, callback)
+        next_ = _planned(larger, solve, callback)
         if next_.programme is None and next_.status is not PlanStatus.INTERRUPTED:
             break
         found = replace(next_, subproblems=_numbered((*found.subproblems, *next_.subproblems)))
-    return found if found.programme is None else _flown(found)
+    return found
 
 
 def _lacking_m(found: ApproachPlan) -> float:
@@ -105,10 +113,10 @@ def _lacking_m(found: ApproachPlan) -> float:
     return -room_m(found.approach, programme, arcs(found.approach, programme), errors)
 
 
-def plan_unflown(
+def _planned(
     approach: Approach, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> ApproachPlan:
-    """The plan as it is solved; its status says that nothing has verified it."""
+    """The plan about the keep-out as the approach has it."""
     scenario, used = approach.scenario, uninterrupted(solve)
     forms = Forms(approach)
     try:

@@ -13,6 +13,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from orbsoc.guidance.in_flight import BurnCycle
 from orbsoc.guidance.orbit_input.relative import LONGEST_M, Start, Target, in_own_keys, target_complaints
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse
 from orbsoc.guidance.uncertainty import Uncertainty
@@ -184,6 +185,7 @@ class Scenario(BaseScenario):
     engine: Engine = Engine()
     safety: Safety = Safety()
     uncertainty: Uncertainty | None = None
+    guidance: BurnCycle = BurnCycle()
 
     @model_validator(mode="before")
     @classmethod

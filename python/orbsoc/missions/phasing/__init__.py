@@ -9,12 +9,14 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion.cases import DISPERSION, disperse
+from .flight import PhasingLoop
 from .paper.reproduction import reproduce, samples
 from .plan import Plan, audit, plan
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
 PAPER = "003"
+closed_loop = PhasingLoop.of
 
 __all__ = [
     "COLUMNS",
@@ -25,6 +27,7 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "audit",
+    "closed_loop",
     "disperse",
     "load_scenario",
     "plan",

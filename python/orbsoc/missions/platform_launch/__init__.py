@@ -9,12 +9,14 @@ from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError
 
 from .dispersion import DISPERSION, disperse
+from .flight import LaunchLoop
 from .paper import reproduce, samples
 from .plan import Plan, plan
 from .planner import COLUMNS
 from .scenario import Scenario, load_scenario
 
 PAPER = "002"
+closed_loop = LaunchLoop.of
 
 __all__ = [
     "COLUMNS",
@@ -24,6 +26,7 @@ __all__ = [
     "PlanStatus",
     "Scenario",
     "ScenarioError",
+    "closed_loop",
     "disperse",
     "load_scenario",
     "plan",

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
+from orbsoc.guidance.in_flight import BurnCycle
 from orbsoc.guidance.orbit_input.beside import LeftOut, circle_keys, circle_words, named_orbit
 from orbsoc.guidance.scenario_file import BaseScenario, Complaint, Table, load, refuse, refused
 from orbsoc.orbit import EARTH, ConstantsSet, Elements, state_from_elements
@@ -120,8 +121,21 @@ class Uncertainty(Table):
     force_share: float = Field(default=0.02, ge=0.0, le=0.3)
     yaw_deg: float = Field(default=0.5, ge=0.0, le=30.0)
     execution_share: float = Field(default=0.01, ge=0.0, le=0.3, description="of an impulse's size")
+    position_m: float = Field(
+        default=0.3,
+        ge=0.0,
+        le=1e4,
+        description="of navigation at a correction, by axis; of `orbsoc fly` alone",
+    )
+    velocity_m_s: float = Field(default=2e-3, ge=0.0, le=10.0, description="the same")
     runs: int = Field(default=400, ge=1, le=100_000)
     seed: int = Field(default=0, ge=0)
+
+
+class Corrections(BurnCycle):
+    """Corrections of a flight, equally apart between its beginning and its end, and what counts as reached."""
+
+    corrections: int = Field(default=3, ge=0, le=20, description="from the separation to the meeting")
 
 
 class Scenario(BaseScenario):
@@ -143,6 +157,7 @@ class Scenario(BaseScenario):
     orbit: Orbit
     rendezvous: Rendezvous = Rendezvous()
     uncertainty: Uncertainty | None = None
+    guidance: Corrections = Corrections()
 
     @model_validator(mode="before")
     @classmethod

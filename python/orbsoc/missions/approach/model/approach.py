@@ -50,6 +50,8 @@ class Approach:
     """Of the keep-out: the same."""
     errors_m: float = 0.0
     """That the plan leaves beyond the scenario's margin, for errors of navigation and execution."""
+    in_flight: bool = False
+    """Whether the start is where a flight has come to: its drift is what it is, and the first burn is not looked at cut."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:

@@ -121,8 +121,8 @@ class Search:
         ends = [float(min(each + approach.horizon_s, times[-1])) for each in starts]
         near: list[tuple[int, bool, float, float]] = []
         for g in range(count):
-            small = programme.sizes_m_s[g] < 1e-6
-            for whole in (True, False) if cut and not small else (True,):
+            given = programme.sizes_m_s[g] < 1e-6 or (approach.in_flight and g == 0)
+            for whole in (True, False) if cut and not given else (True,):
                 end = max(ends[g], float(approach.ends_s[g])) if whole else ends[g]
                 first, last = np.searchsorted(times, [starts[g], end + 1e-9]).tolist()
                 pair = np.stack([before[g] if not whole else after[g], after[g]], axis=1)

@@ -30,8 +30,8 @@ PRICE = 1.0
 
 
 def flown(approach: Approach, programme: ImpulseProgramme) -> Array:
-    """States just after each impulse, (K, 6)."""
-    return states_after(programme, approach.start, approach.motion)
+    """States just after each impulse, (K, 6), the first of them at the start."""
+    return states_after(programme, approach.start, approach.motion, float(approach.times_s[0]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,12 +96,15 @@ class Form:
             builder.norm([(dv, np.eye(dv.index.size))], bound=engine.largest_m_s, size=each, name="engine")
         plane = np.eye(6)[[0, 1, 3, 4]] if self.approach.planar else np.eye(6)
         many = len(plane) // 2
+        begun_s = float(self.approach.times_s[0])
         for name, point in self.approach.scenario.points.items():
             position, velocity = point.position(), point.velocity()
-            impulses.meet(
-                point.arrive_s, position[:many], matrix=plane[:many], before=True, name=f"reach {name}"
-            )
-            if velocity is not None:
+            ahead = point.arrive_s > begun_s
+            if ahead:
+                impulses.meet(
+                    point.arrive_s, position[:many], matrix=plane[:many], before=True, name=f"reach {name}"
+                )
+            if velocity is not None and (ahead or (point.hold_s and point.arrive_s == begun_s)):
                 impulses.meet(
                     point.arrive_s, velocity[:many], matrix=plane[many:], before=not point.hold_s,
                     name=f"velocity at {name}",

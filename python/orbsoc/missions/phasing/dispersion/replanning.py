@@ -12,7 +12,7 @@ from orbsoc.conic.builder import ConicBuilder
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Status
-from orbsoc.guidance.scp import ExitReason, Iteration, Proposal, trust_region
+from orbsoc.guidance.scp import ExitReason, Iteration, Proposal, Solve, trust_region
 from orbsoc.orbit.array import Array
 from orbsoc.solving.solver import Solver
 
@@ -49,14 +49,22 @@ class Surprised:
 class Horizon:
     """The problem of what is left of a flight over K instants, its pattern analysed once."""
 
-    def __init__(self, settings: Settings | None = None) -> None:
+    def __init__(self, settings: Settings | None = None, solve: Solve | None = None) -> None:
+        """`solve` keeps the pattern itself, as a computer on board does."""
         self.settings = settings or Settings(tol=TOLERANCE)
         self.updates = 0
+        self._solve = solve
         self._solver: Solver | None = None
 
     def solve(self, roll: Roll, done: int) -> tuple[Problem, Solution, Array]:
         """The problem about a flight of which the first `done` instants have passed, its solution, and all impulses (K, 3)."""
         effect, goal = meeting_rows(roll, done)
+        dv = roll.dv_m_s.copy()
+        if self._solve is not None:
+            problem = _problem(effect, goal)
+            solution = self._solve(problem, self.settings)
+            dv[done:] = solution.x[: dv.size].reshape(-1, 3)[done:]
+            return problem, solution, dv
         if self._solver is None:
             self._solver = Solver(_problem(effect, goal), self.settings)
         else:
@@ -65,7 +73,6 @@ class Horizon:
             self._solver.update(A=numbers, b=goal)
             self.updates += 1
         solution = self._solver.solve()
-        dv = roll.dv_m_s.copy()
         dv[done:] = solution.x[: dv.size].reshape(-1, 3)[done:]
         return self._solver.problem, solution, dv
 
@@ -105,9 +112,18 @@ def surprise(approach: Approach, planned: Roll) -> Surprised:
 
 def _replanned(real: Approach, planned: Roll, before_s: float, horizon: Horizon) -> Replan:
     done = int(np.searchsorted(real.times_s, real.end_s - before_s))
-    start = real.restore(planned.dv_m_s, done=done, least_m_s=SPREAD_M_S)
+    roll, reason, rows = planned_again(real, planned.dv_m_s, done, horizon)
+    extra = float("nan") if roll is None else roll.cost_m_s - planned.cost_m_s
+    return Replan(before_s, done, roll, reason, extra, rows)
+
+
+def planned_again(
+    real: Approach, dv_m_s: Array, done: int, horizon: Horizon
+) -> tuple[Roll | None, ExitReason | None, tuple[Iteration, ...]]:
+    """The least impulses near those given (K, 3) that meet the goal of an approach; the first `done` stay. None where none do."""
+    start = real.restore(dv_m_s, done=done, least_m_s=SPREAD_M_S)
     if start is None:
-        return Replan(before_s, done, None, None, float("nan"), ())
+        return None, None, ()
 
     def propose(roll: Roll, radius: float) -> Proposal[Roll]:
         problem, solution, dv = horizon.solve(roll, done)
@@ -134,5 +150,4 @@ def _replanned(real: Approach, planned: Roll, before_s: float, horizon: Horizon)
         lambda roll: roll.cost_m_s,
         rules=RULES,
     )
-    extra = outcome.iterate.cost_m_s - planned.cost_m_s
-    return Replan(before_s, done, outcome.iterate, outcome.reason, extra, outcome.iterations)
+    return outcome.iterate, outcome.reason, outcome.iterations

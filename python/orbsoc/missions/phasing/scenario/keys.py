@@ -146,6 +146,15 @@ class Errors(Table):
     seed: int = Field(default=0, ge=0)
 
 
+class Tracking(Table):
+    """When the target is tracked and the rest of the flight planned again; of `orbsoc fly` alone."""
+
+    replans_h: Annotated[tuple[Annotated[float, Field(gt=0.0, le=LATEST_H)], ...], Strict(False)] = Field(
+        default=(12.5, 8.3, 4.2, 0.8), description="before the meeting"
+    )
+    lead_s: float = Field(default=60.0, gt=0.0, le=1.0e4, description="that an answer has until its burns")
+
+
 class Scenario(BaseScenario):
     """A long approach: from one orbit to a target on another, both about an oblate body, the Earth with air."""
 
@@ -163,6 +172,7 @@ class Scenario(BaseScenario):
     engine: Engine | None = None
     surprise: Surprise | None = None
     uncertainty: Errors | None = None
+    guidance: Tracking = Tracking()
     compare_with: float | None = Field(
         default=None, gt=0.0, description="Σ‖Δv‖, m/s, that it is known to have, for `orbsoc reproduce 003`"
     )

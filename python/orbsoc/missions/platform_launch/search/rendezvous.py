@@ -76,18 +76,8 @@ def rendezvous(
     minima = Transfers.of(motion, longest_s).minima(in_plane(state), cost)
     best = min(minima, key=lambda each: each.cost).time_s
 
-    n = motion.mean_motion_rad_s
-    target = np.diag([n, n, 1.0, 1.0]) @ np.eye(6)[PLANE]  # lengths as speeds
-
     def built(times: Array) -> Impulses:
-        builder = ConicBuilder()
-        impulses = Impulses(builder, motion, times, state, start_s=0.0, axes=IN_PLANE)
-        if cost == "norms":
-            impulses.cost("norms")
-        else:
-            builder.quadratic_cost(impulses.dv, 2.0 * np.eye(impulses.dv.index.size))
-        impulses.meet(end_s, np.zeros(4), matrix=target, name="rest at the target")
-        return impulses
+        return to_rest(state, motion, times, end_s, cost, start_s=0.0)
 
     if generated:
         end_s = longest_s if time_s is None else time_s
@@ -111,6 +101,28 @@ def rendezvous(
     if callback is not None:
         callback(rows[0])
     return Rendezvous(cost, end_s, minima, impulses, solution, rows)
+
+
+def to_rest(
+    state: Array,
+    motion: ClohessyWiltshire,
+    times_s: Array,
+    end_s: float,
+    cost: Cost,
+    *,
+    start_s: float | None = None,
+) -> Impulses:
+    """Impulses at times (K,) that take a state (6,) at `start_s`, by default the first of them, to rest at the target at `end_s`."""
+    n = motion.mean_motion_rad_s
+    target = np.diag([n, n, 1.0, 1.0]) @ np.eye(6)[PLANE]  # lengths as speeds
+    builder = ConicBuilder()
+    impulses = Impulses(builder, motion, times_s, state, start_s=start_s, axes=IN_PLANE)
+    if cost == "norms":
+        impulses.cost("norms")
+    else:
+        builder.quadratic_cost(impulses.dv, 2.0 * np.eye(impulses.dv.index.size))
+    impulses.meet(end_s, np.zeros(4), matrix=target, name="rest at the target")
+    return impulses
 
 
 def _figures(impulses: Impulses, solution: Solution, end_s: float) -> dict[str, float]:
