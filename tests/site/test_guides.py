@@ -1,7 +1,8 @@
 """Every command that a page names can be given as it stands: the parser takes it, its files are there, its scenario keys are known.
 
 Tutorials, how-to pages and the front page are run (test_pages.py). The other pages have commands that take minutes or need a
-tool; here they are read as the command line reads them, and nothing is computed.
+tool; here they are read as the command line reads them, and nothing is computed. Their Python runs, on a small problem; docs/solver.md
+has a test of its own (tests/integration/test_solver_guide.py).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import typer
 from typer.exceptions import TyperException
 from typer.main import get_command
 
+import orbsoc
 from hw_model import load_platform
 from orbsoc.commands.app import app
 from orbsoc.commands.hw_options import parsed_settings
@@ -121,3 +123,30 @@ def test_all_guides_with_commands_are_found() -> None:
 )
 def test_a_command_that_is_wrong_is_refused(command: str, why: str) -> None:
     assert why in refusal(command)
+
+
+PYTHON = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+GUIDES = {
+    page.name: PYTHON.findall(page.read_text(encoding="utf-8"))
+    for page in sorted((ROOT / "docs").glob("*.md"))
+}
+ELSEWHERE = {
+    "solver.md": "has a test of its own",
+    "solver-in-the-page.md": "needs the browser's problem",
+    "reach.md": "needs a domain: minutes",
+}
+
+
+@pytest.mark.parametrize(
+    "guide", [name for name, blocks in GUIDES.items() if blocks and name not in ELSEWHERE]
+)
+def test_the_python_of_a_guide_runs(guide: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a rendezvous of twelve impulses, which the names `problem`, `scheduler` and `trace` of the pages are of."""
+    monkeypatch.chdir(tmp_path)
+    problem = orbsoc.Problem.load(ROOT / "scenarios" / "rendezvous_lp.json")
+    problem.save("problem.json")
+    scheduler = orbsoc.PsScheduler()
+    scheduler(problem)
+    names: dict[str, Any] = {"problem": problem, "scheduler": scheduler, "trace": scheduler.trace}
+    for block in GUIDES[guide]:
+        exec(compile(block, guide, "exec"), names)
