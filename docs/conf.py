@@ -21,6 +21,7 @@ extensions = [
     "sphinx_design",
     "scenario_keys",
     "gallery",
+    "examples",
 ]
 exclude_patterns = ["README.md", "extensions"]
 source_suffix = {".md": "markdown"}
