@@ -40,4 +40,4 @@ for cause in causes:
     axes.barh(PARTITIONS, times, left=left, label=cause)
     left = [sum(pair) for pair in zip(left, times, strict=True)]
 axes.set_xlabel("modelled time (ms)")
-axes.legend(ncols=2, fontsize=8)
+figure.legend(loc="outside lower center", ncols=4, fontsize=8)

@@ -75,7 +75,7 @@ def run_cell(source: str, names: dict[str, Any]) -> Output:
         if isinstance(last, ast.Expr):
             value = eval(compile(ast.Expression(last.value), "<cell>", "eval"), names)
             if hasattr(value, "to_html"):
-                html = value.to_html()
+                html = value.to_html(border=0, classes="docutils")
             elif value is not None and not pyplot.get_fignums():
                 printed.write(f"{value!r}\n")
     figures = []
