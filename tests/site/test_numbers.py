@@ -1,7 +1,7 @@
 """Numbers in tables and comments of the guides are those of a run: each that a line states is found in the plan of its command.
 
-A number is found where one of the plan's, its record or its verdict, is within a unit of its last digit, in SI units or in km: the
-last digits of a sequence of convex problems depend on the processor.
+A number is found where one of the plan's, in its record or its verdict, is within a unit of its last digit, in SI units, km or mm. The last
+bits of a plan depend on the processor (tests/printed.py).
 """
 
 from __future__ import annotations
@@ -53,13 +53,15 @@ def planned(command: str) -> list[float]:
 
 
 def missing(stated: str, found: list[float]) -> list[str]:
-    """The numbers that a line states and none of `found` is near to."""
-    units = {number: 10.0 ** -len(number.partition(".")[2]) for number in NUMBER.findall(stated)}
+    """The numbers that a line states and none of `found` is near."""
+    places = {number: len(number.partition(".")[2]) for number in NUMBER.findall(stated)}
     return [
         number
-        for number, unit in units.items()
+        for number, digits in places.items()
         if not any(
-            abs(value * scale - float(number)) <= unit for value in found for scale in (1.0, 1e-3, 1e3)
+            abs(value * scale - float(number)) <= 1.001 * 10.0**-digits
+            for value in found
+            for scale in (1.0, 1e-3, 1e3)
         )
     ]
 
