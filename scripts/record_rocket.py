@@ -32,6 +32,7 @@ from orbsoc.flight.instructions import Tools
 from orbsoc.flight.instructions import counted as executed_stages
 from orbsoc.hw.emulation import PsScheduler
 from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import Posed
 from orbsoc.soc.counted import Counted, parsed
 from orbsoc.soc.machine import Machine
 from orbsoc.soc.program import compiled
@@ -86,7 +87,9 @@ class Row(NamedTuple):
 def simulated(problem: Problem) -> Counted:
     """The problem's first iterations on the core alone."""
     settings = Settings(max_iterations=ITERATIONS)
-    program = compiled(problem, settings, RTL, cache_folder(), partition=None, engine=Engine(), form=FORM)
+    program = compiled(
+        Posed(problem, settings), RTL, cache_folder(), partition=None, engine=Engine(), form=FORM
+    )
     lines: list[str] = []
     for line in Machine.built(RTL, None, FORM, 0).run(program.image, ratio=6.0, latency=LATENCY):
         lines += [] if line.startswith("@") else [line]

@@ -10,7 +10,7 @@ import pytest
 
 from hw_model import load_platform
 from orbsoc.hw.schedules import Engine
-from orbsoc.hw.workload import problems_of
+from orbsoc.hw.workload import solves_of
 from orbsoc.soc.compare import DEVICE, LINK, pairs
 from orbsoc.soc.counted import Counted, StageCount
 from scripts.record_rocket import COUNTED, EXECUTED, RECORD, SPARED, fitted, pattern_of, read
@@ -55,8 +55,8 @@ def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict
     run = Counted(
         row["core_cycles"], row["instructions"], tuple(StageCount(*stage) for stage in row["stages"])
     )
-    problem = problems_of(SCENARIOS / f"{row['scenario']}.toml")[0]
-    *parts, whole = pairs([run], [problem], row["partition"], Engine(lanes=4, banks=16), row["ratio"])
+    posed = solves_of(SCENARIOS / f"{row['scenario']}.toml")[0]
+    *parts, whole = pairs([run], [posed], row["partition"], Engine(lanes=4, banks=16), row["ratio"])
     assert abs(whole.error) <= 0.10
     for part in parts:
         if part.name == LINK:
