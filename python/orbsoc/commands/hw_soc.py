@@ -40,6 +40,13 @@ def soc(
     latency: Annotated[int, typer.Option(min=0, max=65535, help="of memory, in clocks of the core")] = 20,
     lanes: Annotated[int, typer.Option(min=1, help="lanes of the engine")] = 4,
     banks: Annotated[int, typer.Option(min=1, help="banks of its storage")] = 16,
+    address_bits: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="its storage holds two to this many words; the fewest that hold the problem by default. Workloads share a model",
+        ),
+    ] = None,
     solves: Annotated[
         str,
         typer.Option(help="which solves of the workload: `first`, `all`, or their numbers from 1, as 1,3"),
@@ -96,7 +103,7 @@ def soc(
         folder = rtl_folder(rtl)
         core_sources()
         spoilt = Fault.parsed(fault) if fault is not None else None
-        engine = Engine(lanes=lanes, banks=banks)
+        engine = Engine(lanes=lanes, banks=banks, address_bits=address_bits)
         window = _window(trace_clocks)
         on_pl = partition != "none" and load_partition(partition).uses_pl
         where = out or Path("out") / "hw-soc"

@@ -68,7 +68,7 @@ class Machine:
     @staticmethod
     def reset_clocks(ratio: float) -> int:
         """Clocks of the core before its own counter starts (rtl/harness/soc.cpp)."""
-        return int(64 * ratio)
+        return int(64 * ratio) + 1
 
     def run(
         self,
