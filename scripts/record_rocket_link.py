@@ -3,7 +3,7 @@
     PYTHONPATH=. .venv/bin/python -m scripts.record_rocket_link          # what is not on record, minutes a problem
     PYTHONPATH=. .venv/bin/python -m scripts.record_rocket_link --fit    # fits the record anew
 
-PROBLEMS run on the chip under `resident`, their first iteration, at each of RATIOS. The law is that of hw_model/timing/link.py. None of
+PROBLEMS run on the chip under `resident` at each of RATIOS. The law is that of hw_model/timing/link.py. None of
 them is an insertion, a rendezvous, a phasing, a model-predictive controller or passive safety: those are for judging.
 """
 
@@ -52,9 +52,9 @@ class Row(NamedTuple):
 
 
 def posed(name: str) -> Posed:
-    """A problem of instruction_problems.py, its first iteration."""
+    """A problem of instruction_problems.py."""
     family, _, size = name.rpartition("-")
-    return Posed(FAMILIES[family][0](int(size)), Settings(max_iterations=1))
+    return Posed(FAMILIES[family][0](int(size)), Settings())
 
 
 def simulated(name: str, ratio: int) -> dict[str, list[int]]:

@@ -13,8 +13,14 @@ from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import solves_of
 from orbsoc.soc.compare import DEVICE, LINK, pairs
 from orbsoc.soc.counted import Counted, StageCount
+from scripts import record_rocket_link
 from scripts.record_rocket import COUNTED, EXECUTED, RECORD, SPARED, fitted, pattern_of, read
 
+REGISTERS = {
+    "register_ns": ("register_write_ns", "register_read_fixed_ns"),
+    "register_pl_cycles": ("register_write_pl_cycles", "register_read_pl_cycles"),
+}
+"""Parameters of the platform that the record does not tell apart."""
 HELD_OUT: list[dict[str, Any]] = json.loads((Path(__file__).parent / "held_out.json").read_text())
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -35,8 +41,18 @@ def test_the_law_is_the_fit_of_the_record_and_the_platform_has_it() -> None:
         assert ps[name].tag == "counted"
 
 
+def test_the_link_is_the_fit_of_its_record_and_the_platform_has_it() -> None:
+    law = record_rocket_link.fitted(record_rocket_link.read())
+    platform = load_platform(DEVICE)
+    known = {**dict(platform.link.parameters()), **dict(platform.runtime.parameters())}
+    for name, value in law.items():
+        for parameter in REGISTERS.get(name, (name,)):
+            assert known[parameter].value == pytest.approx(value, rel=0.01), parameter
+            assert known[parameter].tag == "counted"
+
+
 def test_nothing_is_fitted_to_the_families_that_judge() -> None:
-    families = {name.rpartition("-")[0] for name in (*COUNTED, *EXECUTED)}
+    families = {name.rpartition("-")[0] for name in (*COUNTED, *EXECUTED, *record_rocket_link.PROBLEMS)}
     assert not families & {"insertion", "rendezvous", "rendezvous_without_cone", "quadrotor"}
 
 

@@ -102,7 +102,9 @@ def _modelled(
         "pl.banks": engine.banks, "pl.clusters": engine.clusters,
     }  # fmt: skip
     platform = platform.with_values(shape)
-    durations = Durations(trace, platform, split, exact_cycles([posed.problem], settings=[posed.settings]))
+    durations = Durations(
+        trace, platform, split, exact_cycles([posed.problem], (), [posed.settings], engine.address_bits)
+    )
     found: defaultdict[str, float] = defaultdict(float)
     for action in actions_of(trace, split):
         work = action.work
