@@ -144,8 +144,18 @@ def _shares(posed: Posed, trace: Trace) -> dict[str, float]:
 
 def _rest(pattern: Pattern, platform: Platform) -> float:
     """Clocks of certificate, calls and control, by the record's law of them."""
-    sizes = {"run": 1, "unknowns": pattern.n + pattern.p + pattern.m, "nonzeros_kkt": pattern.nnz_kkt}
-    return summed(_record(platform.ps.instruction_record)["rest"], sizes)
+    return summed(_record(platform.ps.instruction_record)["rest"], sizes_of_rest(pattern))
+
+
+def sizes_of_rest(pattern: Pattern) -> dict[str, float]:
+    """What certificate, calls and control go by."""
+    return {
+        "run": 1,
+        "variables": pattern.n,
+        "equations": pattern.p,
+        "rows": pattern.m,
+        "nonzeros_kkt": pattern.nnz_kkt,
+    }
 
 
 @cache
