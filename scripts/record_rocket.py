@@ -32,6 +32,8 @@ from orbsoc.flight.instructions import Tools
 from orbsoc.flight.instructions import counted as executed_stages
 from orbsoc.hw.emulation import PsScheduler
 from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import Posed
+from orbsoc.soc.compare import sizes_of_rest
 from orbsoc.soc.counted import Counted, parsed
 from orbsoc.soc.machine import Machine
 from orbsoc.soc.program import compiled
@@ -86,7 +88,9 @@ class Row(NamedTuple):
 def simulated(problem: Problem) -> Counted:
     """The problem's first iterations on the core alone."""
     settings = Settings(max_iterations=ITERATIONS)
-    program = compiled(problem, settings, RTL, cache_folder(), partition=None, engine=Engine(), form=FORM)
+    program = compiled(
+        Posed(problem, settings), RTL, cache_folder(), partition=None, engine=Engine(), form=FORM
+    )
     lines: list[str] = []
     for line in Machine.built(RTL, None, FORM, 0).run(program.image, ratio=6.0, latency=LATENCY):
         lines += [] if line.startswith("@") else [line]
@@ -143,7 +147,7 @@ def fitted(
         for stage in stages
         if stage.partition(",")[0] in next(iter(patterns.values())).stages
     }  # fmt: skip
-    rest = _costs([(of_rest(patterns[row.name]), row.stages["rest"][1]) for row in rows])
+    rest = _costs([(sizes_of_rest(patterns[row.name]), row.stages["rest"][1]) for row in rows])
     table, share = list[list[float]](), list[float]()
     for row in rows:
         total = sum(cycles for _, cycles, _ in row.stages.values())
@@ -174,11 +178,6 @@ def charges(stage: str, pattern: Pattern) -> dict[str, float]:
     """What a stage's law may charge for."""
     found = features(pattern.stages[stage.partition(",")[0]], pattern)
     return {name: found[name] for name in CHARGED if name in found}
-
-
-def of_rest(pattern: Pattern) -> dict[str, float]:
-    """What certificate, calls and control go by."""
-    return {"run": 1, "unknowns": pattern.n + pattern.p + pattern.m, "nonzeros_kkt": pattern.nnz_kkt}
 
 
 def _costs(known: list[tuple[dict[str, float], float]]) -> dict[str, float]:

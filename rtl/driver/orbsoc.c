@@ -111,14 +111,14 @@ orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t
   while (bytes < 4u * count) bytes *= 2u;
   for (uint32_t piece = 0; piece < count; ++piece)
     orbsoc_pl_write(pl->memories + ORBSOC_REGION_MICROCODE + (uintptr_t)bytes * line + 4u * piece, pieces[piece]);
-  return ORBSOC_PL_OK;
+  return bus(pl);
 }
 
 orbsoc_pl_error orbsoc_pl_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word) {
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   if (number >= ORBSOC_TEMPLATES) return ORBSOC_PL_OUT_OF_RANGE;
   orbsoc_pl_write(pl->memories + ORBSOC_REGION_TEMPLATES + 4u * number, word);
-  return ORBSOC_PL_OK;
+  return bus(pl);
 }
 
 static void write_mask(const orbsoc_pl *pl, uint32_t address, uint64_t mask) {

@@ -72,24 +72,24 @@ int main(int count, char **arguments) {
   uint64_t clocks = 0, edges = 0;
   int code = -1;
   bool line_open = false;
-  top.reset = 1;
+  bool tick = true;
+  top.reset_input = 1;
   for (; code < 0 && clocks < limit; ++clocks) {
-    const bool tick = double(clocks) >= double(edges) * ratio;
     edges += tick;
-    if (clocks == uint64_t(64 * ratio)) top.reset = 0;
+    if (clocks == uint64_t(64 * ratio)) top.reset_input = 0;
     top.clock = 0;
     top.pl_clock = 0;
     top.eval();
     trace.at(clocks, false);
-    if (!top.reset) {
+    if (!top.reset_input) {
       if (top.console_valid) std::putchar(top.console_byte);
       if (top.console_valid) line_open = top.console_byte != '\n';
       if (clocks % (1 << 18) == 0 && !line_open) std::printf("@%llu\n", (unsigned long long)clocks), std::fflush(stdout);
       if (top.exit_valid) code = int(top.exit_code & 0xff);
     }
     top.clock = 1;
-    top.tick = tick && !top.pl_stopped;
-    top.pl_clock = top.tick;
+    top.pl_clock = tick && !top.pl_stopped;
+    top.next_tick = tick = double(clocks + 1) >= double(edges) * ratio;
     top.eval();
     trace.at(clocks, true);
   }

@@ -1,6 +1,7 @@
 // A whole computer: a Rocket core (RV64GC, third party), memory, the engine behind AXI, one DMA, a console. The engine's clock is the
-// core's divided by a ratio: the harness gives both, and `tick` in the clock of the core that ends with an edge of the engine's; it
-// stops the engine's while `pl_stopped`.
+// core's divided by a ratio: the harness gives both, and `next_tick` where the clock of the core after the next edge ends with an edge of
+// the engine's; it stops the engine's while `pl_stopped`. Inputs are registered: a simulator works out anew, at each edge, all that
+// depends on an input without a register between, which was much of the core.
 module soc #(
     parameter int FP /*verilator public*/ = 64,
     parameter int LANES /*verilator public*/ = 4,
@@ -15,8 +16,8 @@ module soc #(
 ) (
     input logic clock,
     input logic pl_clock,
-    input logic tick,
-    input logic reset,
+    input logic next_tick,
+    input logic reset_input,
     input logic [15:0] latency,
     input logic [2:0] fault,
     input logic [15:0] fault_skip,
@@ -29,6 +30,17 @@ module soc #(
     output logic exit_valid,
     output logic [31:0] exit_code
 );
+  logic reset, pl_edge;
+  logic [2:0] kind;
+  logic [15:0] skip, times;
+  wire tick = pl_edge && !pl_stopped;
+  always_ff @(posedge clock) begin
+    reset <= reset_input;
+    pl_edge <= next_tick;
+    kind <= fault;
+    skip <= fault_skip;
+    times <= fault_times;
+  end
   soc_axi main (), device (), coherent ();
 
   logic pl_irq, dma_irq, bus_error, no_interrupt;
@@ -158,9 +170,9 @@ module soc #(
       .clock(clock),
       .reset(reset),
       .tick(tick),
-      .kind(fault),
-      .skip(fault_skip),
-      .times(fault_times),
+      .kind(kind),
+      .skip(skip),
+      .times(times),
       .register_answer((guarded_lite.bvalid && guarded_lite.bready) || (guarded_lite.rvalid && guarded_lite.rready)),
       .memory_answer((guarded_words.bvalid && guarded_words.bready) || (guarded_words.rvalid && guarded_words.rready && guarded_words.rlast)),
       .memory_address(guarded_words.awvalid && guarded_words.awready),

@@ -45,7 +45,7 @@ IDENTITY = 0x1234_5678
 """Of the board's engine, unless a test says otherwise."""
 OK = 0
 LOST_INTERRUPT, LAUNCH_TIMEOUT, LOST_WRITE, WRONG_ENGINE, OUT_OF_RANGE, NOT_AT_REST = range(16, 22)
-WRONG_PROGRAM = 23
+BUS_ERROR, WRONG_PROGRAM = 22, 23
 ERRORS: dict[int, type[ProtocolError]] = {int(fault): error for fault, error in ERROR_OF_FAULT.items()} | {
     LOST_INTERRUPT: LostInterrupt,
     LAUNCH_TIMEOUT: LaunchTimeout,

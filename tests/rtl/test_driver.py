@@ -36,6 +36,7 @@ from tests.integration.small_problem import small_problem
 from tests.ps.fake_engine import METHOD, FakeEngine, prepare
 from tests.ps.test_faults import FaultyRegisters, Perturbation, drop, flip, overtaken_by, repeat, untouched
 from tests.rtl.c_driver import (
+    BUS_ERROR,
     DRIVER,
     ERRORS,
     IDENTITY,
@@ -424,6 +425,19 @@ def test_an_image_that_is_damaged_in_memory_is_noticed(made: Path) -> None:
     board, damaged = EngineBoard(made), image()
     damaged.microcode[7] ^= 1 << 20
     assert board.call("load", ctypes.byref(damaged)) == WRONG_PROGRAM
+
+
+def test_a_load_ends_at_the_first_store_that_the_bus_refuses(made: Path) -> None:
+    board, stores = EngineBoard(made), list[int]()
+
+    def refused(offset: int, value: int) -> tuple[int, int]:
+        stores.append(offset)
+        board.call("on_bus_error")
+        return offset, value
+
+    board.spoil = refused
+    assert board.call("load", ctypes.byref(image())) == BUS_ERROR
+    assert stores == [int(Region.TEMPLATES)]
 
 
 def test_words_of_binary32_lie_side_by_side(made: Path) -> None:

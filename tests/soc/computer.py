@@ -14,7 +14,9 @@ import pytest
 
 from orbsoc.conic.cones import Cones
 from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
 from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import Posed
 from orbsoc.soc.counted import Counted
 from orbsoc.soc.machine import Machine
 from orbsoc.soc.program import COMPILER, compiled
@@ -47,7 +49,9 @@ def small_computer() -> Machine:
     if missing:
         pytest.skip(f"missing: {', '.join(missing)}")
     problem = small_problem()
-    program = compiled(problem, None, RTL, cache_folder(), partition="resident", engine=ENGINE, form=FORM)
+    program = compiled(
+        Posed(problem, Settings()), RTL, cache_folder(), partition="resident", engine=ENGINE, form=FORM
+    )
     return Machine.built(RTL, program.engine, FORM, program.code_lines)
 
 
@@ -55,6 +59,6 @@ def small_counts(partition: str | None, **options: Any) -> Counted:
     """The small problem on it, under one pair of clocks."""
     machine = small_computer()
     return counted(
-        small_problem(), RTL, partition=partition, engine=ENGINE, ratio=RATIO, latency=LATENCY,
+        Posed(small_problem(), Settings()), RTL, partition=partition, engine=ENGINE, ratio=RATIO, latency=LATENCY,
         machine_of=lambda _: machine, **options,
     )  # fmt: skip

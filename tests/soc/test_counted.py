@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from orbsoc.commands.hw_soc import _chosen, _window
+from orbsoc.hw.workload import solves_of
 from orbsoc.soc.counted import parsed
 from orbsoc.soc.errors import SocError
 from orbsoc.soc.runs import stage_names
@@ -65,6 +68,11 @@ def test_wrong_numbers_of_solves_name_what_is_allowed(solves: str) -> None:
 
 def test_numbers_of_solves() -> None:
     assert (_chosen("first", 4), _chosen("all", 4), _chosen("1,3", 4)) == ([1], [1, 2, 3, 4], [1, 3])
+
+
+def test_each_solve_has_the_settings_of_its_plan() -> None:
+    plan = solves_of(Path(__file__).parents[2] / "scenarios" / "rec1.toml")
+    assert [posed.settings.tol for posed in plan] == [1e-8, 1e-8, 1e-8, 1e-10]
 
 
 def test_both_halves_stand_on_one_timeline() -> None:

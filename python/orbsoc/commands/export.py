@@ -132,7 +132,7 @@ def _of_scenario(path: Path, fp: int) -> tuple[Problem, Any, str]:
             return whole.problem, whole, ""
         except NotOnBoard as error:
             without = str(error)
-    found = subproblems(mission, scenario)
+    found = [problem for problem, _ in subproblems(mission, scenario)]
     if not found:
         raise FlightError(f"{path}: its plan solves no subproblem")
     if any(pattern_digest(problem) != pattern_digest(found[0]) for problem in found):

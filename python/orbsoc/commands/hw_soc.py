@@ -40,6 +40,13 @@ def soc(
     latency: Annotated[int, typer.Option(min=0, max=65535, help="of memory, in clocks of the core")] = 20,
     lanes: Annotated[int, typer.Option(min=1, help="lanes of the engine")] = 4,
     banks: Annotated[int, typer.Option(min=1, help="banks of its storage")] = 16,
+    address_bits: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="its storage holds two to this many words; the fewest that hold the problem by default. Workloads share a model",
+        ),
+    ] = None,
     solves: Annotated[
         str,
         typer.Option(help="which solves of the workload: `first`, `all`, or their numbers from 1, as 1,3"),
@@ -82,7 +89,7 @@ def soc(
         from hw_model import load_partition
         from hw_model.report.perfetto import as_text
         from orbsoc.hw.schedules import Engine
-        from orbsoc.hw.workload import problems_of
+        from orbsoc.hw.workload import solves_of
         from orbsoc.rtl.validation import rtl_folder
         from orbsoc.soc.errors import SocError
         from orbsoc.soc.faults import Fault
@@ -96,23 +103,23 @@ def soc(
         folder = rtl_folder(rtl)
         core_sources()
         spoilt = Fault.parsed(fault) if fault is not None else None
-        engine = Engine(lanes=lanes, banks=banks)
+        engine = Engine(lanes=lanes, banks=banks, address_bits=address_bits)
         window = _window(trace_clocks)
         on_pl = partition != "none" and load_partition(partition).uses_pl
         where = out or Path("out") / "hw-soc"
         options.write_all(where, {})  # what cannot be written ends the run here
         progress = Progress()
         progress(f"plan {workload}")
-        problems = problems_of(workload)
+        posed = solves_of(workload)
         try:
-            chosen = _chosen(solves, len(problems))
+            chosen = _chosen(solves, len(posed))
         except ValueError as error:
             raise SocError(str(error)) from None
 
         def runs(split: str | None) -> tuple[Counted, ...]:
             found = []
             for number in chosen:
-                name = f"solve {number} of {len(problems)}, {split or 'core alone'}"
+                name = f"solve {number} of {len(posed)}, {split or 'core alone'}"
                 progress(f"{name}: begins")
                 arguments: dict[str, Any] = {
                     "ratio": ratio,
@@ -120,18 +127,17 @@ def soc(
                     "tell": _told(progress, name),
                     "fault": spoilt if split else None,
                 }
-                problem = problems[number - 1]
-                found.append(counted(problem, folder, partition=split, engine=engine, **arguments))
+                found.append(counted(posed[number - 1], folder, partition=split, engine=engine, **arguments))
             return tuple(found)
 
         # the partition first: what its engine cannot hold is told before minutes of simulation
         split = runs(partition) if on_pl else ()
         compared = Comparison(runs(None), split)
-        lines = table(compared.alone, f"core alone, {len(chosen)} of {len(problems)} solves")
+        lines = table(compared.alone, f"core alone, {len(chosen)} of {len(posed)} solves")
         if compared.split:
             lines += ["", *table(compared.split, f"partition {partition}, {lanes} lanes")]
         if modelled:
-            solved = [problems[number - 1] for number in chosen]
+            solved = [posed[number - 1] for number in chosen]
             lines += _modelled(compared, solved, partition, engine, ratio, latency)
         lines += ["", *_verdict(compared, partition, ratio, latency)]
         document = _document(
@@ -145,7 +151,7 @@ def soc(
             waveform = Waveform(where / "soc.fst", *window)
             name = f"trace of solve {chosen[0]}, {partition if on_pl else 'core alone'}"
             timeline = traced(
-                problems[chosen[0] - 1], folder, partition=partition if on_pl else None, engine=engine,
+                posed[chosen[0] - 1], folder, partition=partition if on_pl else None, engine=engine,
                 ratio=ratio, latency=latency, waveform=waveform, tell=_told(progress, name),
             )  # fmt: skip
             options.write_all(where, {"soc-trace.json": as_text(timeline)})
@@ -154,7 +160,7 @@ def soc(
 
 
 def _modelled(
-    compared: Comparison, problems: list[Any], partition: str, engine: Any, ratio: float, latency: int
+    compared: Comparison, solves: list[Any], partition: str, engine: Any, ratio: float, latency: int
 ) -> list[str]:
     """Tables of the model beside the chip; a line why there is none."""
     from hw_model import load_partition
@@ -164,12 +170,10 @@ def _modelled(
         return ["", f"Modelled  nothing: the model is of --latency {LATENCY}, not {latency}"]
     lines = [
         "",
-        *lines_of(
-            pairs(compared.alone, problems, None, engine, ratio), "core alone, modelled beside counted"
-        ),
+        *lines_of(pairs(compared.alone, solves, None, engine, ratio), "core alone, modelled beside counted"),
     ]
     if compared.split and load_partition(partition).control == "pl":
-        rows = pairs(compared.split, problems, partition, engine, ratio)
+        rows = pairs(compared.split, solves, partition, engine, ratio)
         lines += ["", *lines_of(rows, f"partition {partition}, modelled beside counted")]
     elif compared.split:
         lines += ["", f"Modelled  not {partition}: its parts on the core hold those on the PL"]

@@ -34,19 +34,21 @@ def exact_cycles(
     problems: Sequence[Problem],
     expected: Iterable[Engine] = (),
     settings: Sequence[Settings] = (),
+    address_bits: int | None = None,
 ) -> StageCycles:
     """Cycles of the stages of a trace whose patterns are those of `problems`, in its order, solved with these settings.
+    `address_bits` of the engines: the fewest that hold a problem by default.
 
     They equal the RTL's, cycle for cycle, in the microcode's format that the platform names, with as many problems of a
     pattern in each segment as it interleaves. Those of the engines `expected` are made side by side, when the first with the same streams is asked for. Raises `hw_model.HwModelError` for latencies
     that are not the RTL's, for which there is no schedule, and `hw.schedules.EngineError` for an engine that cannot exist.
     """
-    awaited = {_shape(engine) for engine in expected}
+    awaited = {_shape(engine, address_bits) for engine in expected}
     begun: set[Streams] = set()
     made: dict[tuple[int, _Shape, Streams], _Made] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
-        shape, streams = _shape(engine), _streams(engine)
+        shape, streams = _shape(engine, address_bits), _streams(engine)
         if (pattern, shape, streams) not in made:
             others = awaited if streams not in begun else ()
             begun.add(streams)
@@ -135,13 +137,14 @@ def _streams(engine: Engine) -> Streams:
     return tuple(members(name) for name in engine.streams)
 
 
-def _shape(engine: Engine) -> _Shape:
+def _shape(engine: Engine, address_bits: int | None = None) -> _Shape:
     parameters = Parameters(
         fp=64 if engine.datapath == "f64" else 32,
         lanes=engine.lanes,
         dividers=engine.dividers,
         banks=engine.banks,
         clusters=engine.clusters,
+        address_bits=address_bits,
         microcode_words=MODEL_MICROCODE_WORDS,
     )
     return parameters, engine.interleaved

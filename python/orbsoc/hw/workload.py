@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from orbsoc.files.json_fields import is_object, read_json, shown
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hw_model.timing.trace import Pattern
     from orbsoc.conic.problem import Problem
     from orbsoc.conic.settings import Settings
+    from orbsoc.conic.solution import Solution
     from orbsoc.hw.emulation import PsScheduler
 
 
@@ -82,23 +83,35 @@ def load_workload(path: str | Path, ordering: str | None = None) -> Workload:
     return _planned(path, ordering) if path.suffix == ".toml" else _from_json(path, ordering)
 
 
-def problems_of(path: Path) -> list[Problem]:
-    """Every problem that planning SCENARIO.toml solves, in order, or the one of PROBLEM.json. Raises what reading and planning raise."""
+class Posed(NamedTuple):
+    """A problem, and what it is solved with."""
+
+    problem: Problem
+    settings: Settings
+
+
+def solves_of(path: Path) -> list[Posed]:
+    """Every solve of planning SCENARIO.toml, in order, or the one of PROBLEM.json, by the usual settings. Raises what reading and
+    planning raise."""
     from orbsoc.conic.problem import Problem
+    from orbsoc.conic.settings import Settings
     from orbsoc.missions.registry import load_scenario
 
-    return subproblems(*load_scenario(path)) if path.suffix == ".toml" else [Problem.load(path)]
+    if path.suffix == ".toml":
+        return subproblems(*load_scenario(path))
+    return [Posed(Problem.load(path), Settings())]
 
 
-def subproblems(mission: Any, scenario: Any) -> list[Problem]:
-    """Every problem that planning a scenario solves, in order."""
+def subproblems(mission: Any, scenario: Any) -> list[Posed]:
+    """Every solve of planning a scenario, in order."""
     import orbsoc
+    from orbsoc.conic.settings import Settings
 
-    found: list[Problem] = []
+    found: list[Posed] = []
 
-    def recorded(problem: Problem, *arguments: Any, **options: Any) -> Any:
-        found.append(problem)
-        return orbsoc.solve(problem, *arguments, **options)
+    def recorded(problem: Problem, settings: Settings | None = None, /) -> Solution:
+        found.append(Posed(problem, settings or Settings()))
+        return orbsoc.solve(problem, settings)
 
     mission.plan(scenario, solve=recorded)
     return found

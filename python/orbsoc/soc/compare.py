@@ -20,14 +20,13 @@ from hw_model.timing.instructions import FOLDER, recorded, summed
 from hw_model.timing.ps import cycles_of
 from hw_model.timing.trace import Pattern, Trace, parse_trace
 from orbsoc import _core
-from orbsoc.conic.settings import Settings
 
 from .table import REST
 
 if TYPE_CHECKING:
     from hw_model import Platform
-    from orbsoc.conic.problem import Problem
     from orbsoc.hw.schedules import Engine
+    from orbsoc.hw.workload import Posed
 
     from .counted import Counted
 
@@ -54,17 +53,17 @@ class Pair:
 
 
 def pairs(
-    runs: Sequence[Counted], problems: Sequence[Problem], partition: str | None, engine: Engine, ratio: float
+    runs: Sequence[Counted], solves: Sequence[Posed], partition: str | None, engine: Engine, ratio: float
 ) -> list[Pair]:
     """Parts of the runs with what the model says of them, the dearest first, then the whole; without loading the program.
 
-    `problems`: of each run, solved with the usual settings. `partition`: None for the core alone. `ratio`: core clocks in one of
+    `solves`: of each run. `partition`: None for the core alone. `ratio`: core clocks in one of
     the engine.
     """
     counted: defaultdict[str, int] = defaultdict(int)
     modelled: defaultdict[str, float] = defaultdict(float)
-    for run, problem in zip(runs, problems, strict=True):
-        for name, clocks in _modelled(run, problem, partition, engine, ratio).items():
+    for run, posed in zip(runs, solves, strict=True):
+        for name, clocks in _modelled(run, posed, partition, engine, ratio).items():
             modelled[name] += clocks
         for part in run.stages:
             if part.name != LOAD:
@@ -88,14 +87,14 @@ def lines_of(rows: Sequence[Pair], title: str) -> list[str]:
 
 
 def _modelled(
-    run: Counted, problem: Problem, partition: str | None, engine: Engine, ratio: float
+    run: Counted, posed: Posed, partition: str | None, engine: Engine, ratio: float
 ) -> dict[str, float]:
     """Clocks of the core by part, as the chip counts them."""
     from orbsoc.hw.emulation import PsScheduler
     from orbsoc.hw.exact_cycles import exact_cycles
 
     scheduler = PsScheduler()
-    scheduler(problem)
+    scheduler(*posed)
     trace, split = parse_trace(scheduler.trace), load_partition(partition or "all_ps")
     platform = load_platform(DEVICE)
     shape: dict[str, Any] = {
@@ -103,7 +102,9 @@ def _modelled(
         "pl.banks": engine.banks, "pl.clusters": engine.clusters,
     }  # fmt: skip
     platform = platform.with_values(shape)
-    durations = Durations(trace, platform, split, exact_cycles([problem]))
+    durations = Durations(
+        trace, platform, split, exact_cycles([posed.problem], (), [posed.settings], engine.address_bits)
+    )
     found: defaultdict[str, float] = defaultdict(float)
     for action in actions_of(trace, split):
         work = action.work
@@ -113,7 +114,7 @@ def _modelled(
             name = "attempt" if split.control == "pl" else action.stage
             found[name] += durations.picoseconds(work) / 1000.0
     pattern = trace.patterns[0]
-    shares = _shares(problem, trace) if partition is None else {}
+    shares = _shares(posed, trace) if partition is None else {}
     for part in run.stages:
         if part.where == "core" and part.name in pattern.stages:
             each = part.instructions / part.runs
@@ -123,10 +124,10 @@ def _modelled(
     return found
 
 
-def _shares(problem: Problem, trace: Trace) -> dict[str, float]:
+def _shares(posed: Posed, trace: Trace) -> dict[str, float]:
     """Of the stages that the core alone runs without a residual where no decision needs it: the share of its work that is done."""
     law, pattern = recorded(load_platform(DEVICE).ps.instruction_record), trace.patterns[0]
-    native, spared = _core.Engine(problem, Settings()), Counter[str]()
+    native, spared = _core.Engine(*posed), Counter[str]()
     events = trace.solves[0].events
     for name, _ in events:
         spared[name] += int(
@@ -143,8 +144,18 @@ def _shares(problem: Problem, trace: Trace) -> dict[str, float]:
 
 def _rest(pattern: Pattern, platform: Platform) -> float:
     """Clocks of certificate, calls and control, by the record's law of them."""
-    sizes = {"run": 1, "unknowns": pattern.n + pattern.p + pattern.m, "nonzeros_kkt": pattern.nnz_kkt}
-    return summed(_record(platform.ps.instruction_record)["rest"], sizes)
+    return summed(_record(platform.ps.instruction_record)["rest"], sizes_of_rest(pattern))
+
+
+def sizes_of_rest(pattern: Pattern) -> dict[str, float]:
+    """What certificate, calls and control go by."""
+    return {
+        "run": 1,
+        "variables": pattern.n,
+        "equations": pattern.p,
+        "rows": pattern.m,
+        "nonzeros_kkt": pattern.nnz_kkt,
+    }
 
 
 @cache

@@ -21,6 +21,8 @@ REGISTERS, MEMORIES = 0x2000_0000, 0x3000_0000
 """Where the core sees the engine's two ports (rtl/soc/soc.sv)."""
 _SMALLEST = {"LANES": 1, "BANKS": 4, "ADDRESS_BITS": 4, "CODE_BITS": 4}
 """An engine for the core alone: it is there and never launched."""
+_CODE_BITS = 17
+"""Room for microcode at least, 2^17 lines, so that programs share a model: no clock depends on it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +55,7 @@ class Machine:
             parameters = {
                 "FP": engine.fp, "LANES": engine.lanes, "DIVIDERS": engine.dividers, "BANKS": engine.banks,
                 "CLUSTERS": engine.clusters, "ADDRESS_BITS": engine.address_bits or 0, "SEQUENCER": SEQUENCERS[form],
-                "CODE_BITS": max(4, (code_lines - 1).bit_length()),
+                "CODE_BITS": max(_CODE_BITS, (code_lines - 1).bit_length()),
             }  # fmt: skip
         done = subprocess.run(
             ["sh", rtl / "build.sh", "soc_trace" if traced else "soc", *(f"-G{name}={value}" for name, value in parameters.items())],
@@ -66,7 +68,7 @@ class Machine:
     @staticmethod
     def reset_clocks(ratio: float) -> int:
         """Clocks of the core before its own counter starts (rtl/harness/soc.cpp)."""
-        return int(64 * ratio)
+        return int(64 * ratio) + 1
 
     def run(
         self,

@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from orbsoc.conic.problem import Problem
-from orbsoc.conic.settings import Settings
 from orbsoc.flight.export import export_c
 from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import Posed
 from orbsoc.rtl.validation import Format
 
 from .errors import SocError
@@ -44,8 +43,7 @@ class Program:
 
 
 def compiled(
-    problem: Problem,
-    settings: Settings | None,
+    posed: Posed,
     rtl: Path,
     cache: Path,
     *,
@@ -67,7 +65,13 @@ def compiled(
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "program"
         export_c(
-            problem, folder, settings=settings, fp=engine.fp, partition=partition, engine=engine, form=form
+            posed.problem,
+            folder,
+            settings=posed.settings,
+            fp=engine.fp,
+            partition=partition,
+            engine=engine,
+            form=form,
         )
         on_pl = (folder / "pl_program.c").is_file()
         sources = sorted(folder.glob("*.c")) + sorted(folder.glob("*/*.c"))

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from orbsoc import _core
-from orbsoc.conic.problem import Problem
 from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import Posed
 from orbsoc.ps.segments import Method
 from orbsoc.rtl.validation import Format
 
@@ -33,7 +33,7 @@ def stage_names() -> tuple[str, ...]:
 
 
 def counted(
-    problem: Problem,
+    posed: Posed,
     rtl: Path,
     *,
     partition: str | None,
@@ -46,7 +46,7 @@ def counted(
     tell: Callable[[str], None] = lambda line: None,
     machine_of: Callable[[Program], Machine] | None = None,
 ) -> Counted:
-    """The problem's solve from cold by its flight code, counted; then, with `warm`, one from a point nearby.
+    """The solve from cold by its flight code, counted; then, with `warm`, one from a point nearby.
 
     `partition`: None for the core alone. `patience`: rounds of a launch where there is a `fault`. `tell` is called with a line on each step. `machine_of`: another way to a machine than
     `Machine.built`, for a run of the core alone on one that has an engine. Raises SocError, and what exporting raises.
@@ -54,7 +54,7 @@ def counted(
     cache = cache_folder()
     tell("compile the program")
     program = compiled(
-        problem, None, rtl, cache, partition=partition, engine=engine, form=FORM,
+        posed, rtl, cache, partition=partition, engine=engine, form=FORM,
         patience=patience if fault else None, warm=warm,
     )  # fmt: skip
     tell("build the computer, minutes the first time")

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from orbsoc import _core
-from orbsoc.conic.problem import Problem
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine
+from orbsoc.hw.workload import Posed
 from orbsoc.ps.segments import Method
 
 from .errors import SocError
@@ -35,7 +35,7 @@ class Span:
 
 
 def traced(
-    problem: Problem,
+    posed: Posed,
     rtl: Path,
     *,
     partition: str | None,
@@ -49,8 +49,7 @@ def traced(
     more than those that `counted` gives. Raises SocError, and what exporting raises."""
     tell("compile the program")
     program = compiled(
-        problem,
-        None,
+        posed,
         rtl,
         cache_folder(),
         partition=partition,
