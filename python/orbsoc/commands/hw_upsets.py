@@ -46,7 +46,7 @@ def upsets(
     with exit_handling(as_json):
         from hw_model import HwModelError
         from orbsoc.hw.schedules import Engine
-        from orbsoc.hw.workload import problems_of
+        from orbsoc.hw.workload import solves_of
         from orbsoc.rtl.upsets import UpsetStudy
         from orbsoc.rtl.validation import rtl_folder
 
@@ -56,11 +56,11 @@ def upsets(
         folder, tell = rtl_folder(rtl), Progress()
         where = out or Path("out") / f"hw-upsets-{workload.stem}"
         engine = Engine(lanes=lanes, banks=max(16, 4 * lanes))
-        problem = problems_of(workload)[0]
+        problem, settings = solves_of(workload)[0]
         tell(
             f"builds the engine whose bits can be turned over, {lanes} lanes, and solves once without a flip"
         )
-        study = UpsetStudy(folder, problem, engine=engine)
+        study = UpsetStudy(folder, problem, settings, engine=engine)
         rows = _recorded(where, study.key(seed), resume=resume)
         tell(f"a clean solve takes {study.clocks} clocks and ends {study.clean.status.name}")
         try:
