@@ -112,6 +112,7 @@ $(BENCHING): requirements/bench.txt $(RUNTIME)
 
 $(WRITING): requirements/docs.txt $(RUNTIME)
 	$(PIP) install -r $<
+	@rustup target add wasm32-unknown-unknown || true # docs/extensions/page_solver.py says what is missing
 	@touch $@
 
 $(ROUTING): requirements/route.txt $(RUNTIME)

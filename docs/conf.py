@@ -22,6 +22,7 @@ extensions = [
     "scenario_keys",
     "gallery",
     "examples",
+    "page_solver",
 ]
 exclude_patterns = ["README.md", "extensions"]
 source_suffix = {".md": "markdown"}
@@ -36,7 +37,7 @@ autodoc_typehints = "signature"
 
 html_theme = "furo"
 html_title = "orbsoc"
-html_static_path = []
+html_static_path = ["static"]
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}

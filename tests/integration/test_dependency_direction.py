@@ -323,6 +323,7 @@ def test_crates_depend_downwards_only() -> None:
         "orbsoc-orbit": set(),
         "orbsoc-py": {"orbsoc", "orbsoc-hw", "orbsoc-orbit"},
         "orbsoc-bench": {"orbsoc", "orbsoc-hw"},
+        "orbsoc-wasm": {"orbsoc"},
     }
     for name, found in dependencies.items():
         assert {crate for crate in found if crate.startswith("orbsoc")} <= allowed[name], name
