@@ -15,8 +15,9 @@ import pytest
 
 from orbsoc.fly.computer import Computer
 from orbsoc.fly.loop import Timing, fly
-from orbsoc.fly.many import Study, fly_many, quantiles, read_flights
+from orbsoc.fly.many import Study, cost_of_delay, fly_many, quantiles, read_flights
 from orbsoc.fly.solver import OnboardSolver
+from orbsoc.missions import platform_launch
 from orbsoc.missions import reachable_insertion as mission
 from orbsoc.sweep import Inline, Processes, StoreError
 
@@ -97,3 +98,12 @@ def test_another_study_is_refused(study: Study, tmp_path: Path) -> None:
 def test_quantiles_are_values_that_occurred() -> None:
     found = quantiles(np.arange(1.0, 101.0))
     assert found == {"least": 1.0, "p50": 50.0, "p99": 99.0, "worst": 100.0}
+
+
+def test_what_delay_costs_is_told_in_what_a_mission_spends() -> None:
+    launch = platform_launch.load_scenario(SCENARIO.parent / "paper002_dispersed.toml")
+    study = Study(launch.model_dump(mode="json"), "zu9eg", "paper", 1.0, Timing(60.0), 2, 4)
+    rows = cost_of_delay(study)
+    assert {each.spent for each in rows} == {"velocity change (m/s)"}
+    assert all(np.isfinite(each.more_spent) for each in rows)
+    assert rows[0].more_spent == 0.0

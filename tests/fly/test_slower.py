@@ -69,6 +69,6 @@ def test_the_command_tells_the_damage_the_missed_cycle_and_what_would_do(tmp_pat
     document = json.loads((tmp_path / "slow" / "flight.json").read_text())
     assert document["computer"]["slowest_that_would_do"] < 1.0
     assert {each["fate"] for each in document["cycles"]} == {"missed its window"}
-    assert set(document["files"]) == {"cycles.csv", "flight.json", "flight.png"}
+    assert set(document["files"]) == {"cycles.csv", "flight.json", "flight.png", "report.html"}
     rows = (tmp_path / "slow" / "cycles.csv").read_text().splitlines()
     assert len(rows) == 1 + len(document["cycles"])

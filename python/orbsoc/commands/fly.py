@@ -71,7 +71,9 @@ def fly(
         Path | None,
         typer.Option(help="output folder; out/NAME-flight or out/NAME-flights by default", metavar="DIR"),
     ] = None,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="the figures")] = True,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="figures, and of one flight report.html")
+    ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="print flight.json on standard output")] = False,
 ) -> None:
     """Fly a mission with its guidance cycle: each re-plan is solved, priced on the computer, and flown when it is ready.
@@ -180,8 +182,11 @@ def _write(
         rows = [cycle_row(each) for each in run.flight.cycles]
         (place / "cycles.csv").write_text(options.as_csv_text(rows), encoding="utf-8")
         if report:
-            document["figures"] = [
-                {"name": each.name, "caption": each.caption} for each in draw_flight(run, place)
-            ]
+            from orbsoc.report.page import render
+
+            figures = draw_flight(run, place)
+            page = render("flight.html.j2", figures, place, flight=document, succeeded=run.verdict.succeeded)
+            (place / "report.html").write_text(page, encoding="utf-8")
+            document["figures"] = [{"name": each.name, "caption": each.caption} for each in figures]
         write_manifest(place, document, "flight.json")
         interrupts.commit()

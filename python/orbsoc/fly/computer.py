@@ -41,7 +41,7 @@ class Price:
 
 
 def scope(counted: int, replans: int) -> str:
-    """What the times of re-plans are of; `counted`: re-plans around which the outer loop was counted."""
+    """What the times of re-plans are of, of which `counted` have their outer loop in them."""
     if not counted:
         return "conic solves alone"
     if counted == replans:

@@ -147,15 +147,19 @@ def by_mission_time(found: Mapping[str, NDArray[Any]]) -> Iterator[tuple[float, 
 
 @dataclass(frozen=True, slots=True)
 class DelayRow:
-    """What flights cost on average on a computer of some speed: more propellant than with answers at once, and how many end well."""
+    """What flights cost on average on a computer of some speed: more of what they spend, `spent`, than with answers at once, and how
+    many end well."""
 
     slower: float
     computed_ms: float
-    more_propellant_kg: float
+    spent: str
+    more_spent: float
     on_target: float
     lost: float
 
 
+SPENT = {"propellant_kg": "propellant (kg)", "delta_v_m_s": "velocity change (m/s)"}
+"""What flights spend, by the first of these figures that they end with."""
 DELAYS = (0.0, 1.0, 10.0, 100.0, 300.0, 1000.0)
 """Speeds that are compared, as times as slow as the computer."""
 COMPARED = 24
@@ -168,6 +172,7 @@ def cost_of_delay(study: Study, heard: Callable[[], None] = lambda: None) -> lis
     loop, computer, solver, given, seed = _ready(json.dumps(shared, sort_keys=True))
     timing = Timing(given.allowance_s, inf)
     rows: list[DelayRow] = []
+    spent = next(name for name in SPENT if name in loop.columns)
     least: NDArray[Any] | None = None
     for slower in DELAYS:
         flights = []
@@ -176,13 +181,14 @@ def cost_of_delay(study: Study, heard: Callable[[], None] = lambda: None) -> lis
             flights.append(
                 fly(loop, computer.at(slower * computer.slower), solver, timing, seed=seed, number=number)
             )
-        used = np.array([each.outcome.get("propellant_kg", np.nan) for each in flights])
+        used = np.array([each.outcome[spent] for each in flights])
         least = used if least is None else least
         times = [1e3 * c.price.time_s for each in flights for c in each.cycles if c.solves]
         rows.append(
             DelayRow(
                 slower,
                 float(np.median(times)) if times else 0.0,
+                SPENT[spent],
                 float(np.mean(used - least)),
                 float(np.mean([each.outcome["on_target"] for each in flights])),
                 float(np.mean([each.lost for each in flights])),

@@ -66,12 +66,12 @@ def _dispersion(
 def _deadline(delays: Sequence[DelayRow], folder: Path) -> FigureFile:
     figure, (cost, ends) = panels((7.0, 5.0), (1.0, 1.0))
     took = np.array([max(each.computed_ms, 1e-2) for each in delays])
-    cost.plot(took, [each.more_propellant_kg for each in delays], color=BLUE, marker="o")
-    cost.set_ylabel("more propellant (kg)")
+    cost.plot(took, [each.more_spent for each in delays], color=BLUE, marker="o")
+    cost.set_ylabel(f"more {delays[0].spent}")
     ends.plot(took, [100.0 * each.on_target for each in delays], color=VERMILION, marker="o")
     ends.set_ylabel("on target (%)")
     ends.set_ylim(-5.0, 105.0)
     ends.set_xscale("log")
     ends.set_xlabel("median computation of a re-plan (ms, modelled)")
-    caption = "The same flights on slower and slower computers, late answers flown late: propellant beyond that of answers at once, and how many end on target."
+    caption = "The same flights on slower and slower computers, late answers flown late: what they spend beyond that of answers at once, and how many end on target."
     return write_png(figure, folder, "deadline.png", caption)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from math import inf
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict
@@ -60,6 +61,19 @@ class ThrustLoss(Table):
         default=0.1, ge=0.0, le=60.0, description="until guidance knows of it and begins to plan"
     )
 
+    reignite_after_s: Positive | None = Field(
+        default=None, description="until an engine that is out burns again, whole; by default never"
+    )
+
+    @property
+    def back_s(self) -> float:
+        """When the engine is whole again; infinite where it stays as it is."""
+        return inf if self.reignite_after_s is None else self.at_s + self.reignite_after_s
+
+    def lasts(self, at_s: float) -> bool:
+        """Whether the engine is at fault at a time."""
+        return self.at_s <= at_s < self.back_s
+
     @property
     def known_s(self) -> float:
         """When guidance knows of it."""
@@ -88,6 +102,17 @@ def loss_complaints(loss: ThrustLoss, burn_s: float) -> Iterator[Complaint]:
         yield Complaint("event.at_s", f"{loss.at_s:g}", allowed)
     if loss.thrust_kept > 0.0 and loss.flow <= 0.0:
         yield Complaint("event.flow_kept", f"{loss.flow:g}", "leaves thrust without flow; must be above 0")
+    if loss.reignite_after_s is None:
+        return
+    if loss.thrust_kept > 0.0 or loss.flow > 0.0:
+        kept = max(loss.thrust_kept, loss.flow)
+        yield Complaint("event.thrust_kept", f"{kept:g}", "must be 0, and so the flow, with reignite_after_s")
+    if not loss.detected_after_s < loss.reignite_after_s < burn_s - loss.at_s:
+        allowed = (
+            f"must be above detected_after_s = {loss.detected_after_s:g}, and below {burn_s - loss.at_s:.6g}, when the burn"
+            " ends as planned"
+        )
+        yield Complaint("event.reignite_after_s", f"{loss.reignite_after_s:g}", allowed)
 
 
 class BurnCycle(Table):

@@ -81,3 +81,16 @@ def test_a_margin_is_kept_as_far_as_the_state_has_it(loop: ApproachLoop) -> None
 def test_without_errors_there_is_no_loop(solver: OnboardSolver) -> None:
     with pytest.raises(ScenarioError, match="uncertainty"):
         mission.closed_loop(mission.load_scenario(SCENARIOS / "station_vbar.toml"), solver)
+
+
+def test_after_the_gate_the_first_arc_alone_has_less_margin(loop: ApproachLoop) -> None:
+    late = replace(loop.approach, times_s=loop.approach.times_s[20:])
+    corridor = loop.scenario.corridor
+    assert corridor is not None
+    assert not late.guarded
+    at = np.array([0.0, -100.0, 17.0, 0.0, 0.0, 0.0])
+    begun = allowed(replace(late, start=at), SOUGHT[0])
+    margins = begun.corridor_margins(np.array([0, 1, 5]))
+    assert margins[0] == pytest.approx(float(corridor.depth(at[:3])) - SPARE_M)
+    assert margins[0] < corridor.margin_m
+    assert margins[1:].tolist() == [corridor.margin_m] * 2

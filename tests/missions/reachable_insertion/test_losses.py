@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from orbsoc.fly.computer import Computer
-from orbsoc.fly.loop import Flight, Timing, fly
+from orbsoc.fly.loop import Fate, Flight, Timing, fly
 from orbsoc.fly.solver import OnboardSolver
-from orbsoc.guidance.scenario_file import checked
+from orbsoc.guidance.scenario_file import ScenarioError, checked
 from orbsoc.guidance.verdict import Question, Word
 from orbsoc.missions import reachable_insertion as mission
 from orbsoc.missions.reachable_insertion.flight.loop import InsertionLoop
@@ -168,3 +168,37 @@ def test_another_order_of_preference_is_kept() -> None:
     choice = loop.losses.decide(believed(loop), loop.first, OnboardSolver())
     assert [each.sought for each in choice.decisions][1] == "the largest orbit above the safe perigee"
     assert choice.burn is not None
+
+
+@pytest.mark.parametrize(("at_s", "out_s"), [(20.0, 5.0), (40.0, 0.6), (20.0, 20.0)])
+def test_an_engine_that_burns_again_still_brings_the_vehicle_to_its_target(at_s: float, out_s: float) -> None:
+    event = {"at_s": at_s, "thrust_kept": 0.0, "reignite_after_s": out_s}
+    loop = InsertionLoop.of(mission.load_scenario(SCENARIO).with_changes(event=event), OnboardSolver())
+    flight = flown(loop)
+    assert flight.outcome["on_target"] == 1.0
+    assert {each.fate for each in flight.cycles} == {Fate.FLOWN}
+    [event_cycle] = [each for each in flight.cycles if each.trigger.urgent]
+    assert event_cycle.flown_s == pytest.approx(at_s + out_s)
+    assert not [each for each in flight.cycles if at_s + 0.2 < each.trigger.at_s < at_s + out_s]
+    burnt_s = flight.outcome["cutoff_s"] - out_s
+    flow = loop.scenario.vehicle.mass_flow_kg_s
+    assert flight.outcome["propellant_kg"] == pytest.approx(flow * burnt_s, rel=0.01)
+    assert fly(loop, None, OnboardSolver(), Timing(0.1)).outcome["on_target"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("event", "words"),
+    [
+        ({"thrust_kept": 0.5, "reignite_after_s": 5.0}, r"event\.thrust_kept = 0\.5: must be 0"),
+        (
+            {"thrust_kept": 0.0, "reignite_after_s": 0.05},
+            r"must be above detected_after_s = 0\.1, and below 36",
+        ),
+        ({"thrust_kept": 0.0, "reignite_after_s": 50.0}, "when the burn ends as planned"),
+        ({"thrust_kept": 0.0, "reignite_after_s": -1.0}, "above 0"),
+    ],
+)
+def test_an_engine_that_cannot_burn_again_so_is_told(event: dict[str, float], words: str) -> None:
+    scenario = mission.load_scenario(SCENARIO)
+    with pytest.raises(ScenarioError, match=words):
+        InsertionLoop.of(scenario.with_changes(event={"at_s": 20.0} | event), OnboardSolver())

@@ -56,14 +56,15 @@ class Sought(NamedTuple):
     words: str
     slow: bool
     """Speed limit, holds, and the velocities at points."""
-    margin: bool
-    """All of the keep-out's margin; else what the drift of the state in which it begins has of it."""
+    margin: float
+    """Share of the keep-out's margin; or what the drift of the state in which it begins has of it, where that is more."""
 
 
 SOUGHT = (
-    Sought("every condition", slow=True, margin=True),
-    Sought("without speed limit, holds and velocities", slow=False, margin=True),
-    Sought("without them, and with less margin", slow=False, margin=False),
+    Sought("every condition", slow=True, margin=1.0),
+    Sought("without speed limit, holds and velocities", slow=False, margin=1.0),
+    Sought("without them, with half the margin", slow=False, margin=0.5),
+    Sought("without them, with less margin", slow=False, margin=0.0),
 )
 """In order: the next one where no flight is found."""
 
@@ -211,17 +212,18 @@ def replanned(
 
 
 def allowed(approach: Approach, sought: Sought) -> Approach:
-    """The approach from where it begins, with what is asked for; after the gate with what the first place leaves of the margin."""
+    """The approach from where it begins, with what is asked for; after the gate the first arc with what its place leaves of the margin."""
     scenario, errors = approach.scenario, approach.scenario.uncertainty
     assert errors is not None
     changes: dict[str, Any] = {}
-    if approach.guarded and not sought.margin:
+    if approach.guarded and sought.margin < 1.0:
         outside_m = nearest_m(approach, approach.start, float(approach.times_s[0]), drifted_s(approach))
-        margin_m = max(0.0, _left(scenario.keep_out.margin_m, outside_m))
+        whole_m = scenario.keep_out.margin_m
+        margin_m = max(sought.margin * whole_m, _left(whole_m, outside_m))
         changes["keep_out"] = scenario.keep_out.model_copy(update={"margin_m": margin_m})
+    first_m = inf
     if not approach.guarded and scenario.corridor is not None:
-        margin_m = _left(scenario.corridor.margin_m, float(scenario.corridor.depth(approach.start[:3])))
-        changes["corridor"] = scenario.corridor.model_copy(update={"margin_m": margin_m})
+        first_m = _left(scenario.corridor.margin_m, float(scenario.corridor.depth(approach.start[:3])))
     if not sought.slow:
         free = {"hold_within_m": FREE_M, "vx_m_s": None, "vy_m_s": None, "vz_m_s": None}
         points = scenario.points.items()
@@ -231,7 +233,7 @@ def allowed(approach: Approach, sought: Sought) -> Approach:
         unknown_m_s = errors.sigmas * errors.velocity_m_s
         limit_m_s = scenario.speed.at_target_m_s + unknown_m_s
         changes["speed"] = scenario.speed.model_copy(update={"at_target_m_s": limit_m_s})
-    return replace(approach, scenario=scenario.model_copy(update=changes))
+    return replace(approach, scenario=scenario.model_copy(update=changes), first_margin_m=first_m)
 
 
 def _left(margin_m: float, has_m: float) -> float:

@@ -144,7 +144,7 @@ class PhasingLoop:
         return Pursuer(actual, float(approach.times_s[0]), approach.start, self.errors, random)
 
     def next_trigger(self, last: Trigger | None, programme: Burns) -> Trigger | None:
-        """At each of the hours before the meeting, where a burn can still follow."""
+        """At each of `replans_h` before the meeting, where a burn can still follow."""
         number, after_s = (1, 0.0) if last is None else (last.number + 1, last.at_s)
         times = sorted(programme.end_s - 3600.0 * hours for hours in self.scenario.guidance.replans_h)
         later = [at_s for at_s in times if at_s > after_s and at_s + self.period_s < programme.end_s]

@@ -8,7 +8,7 @@ from math import inf, pi, radians
 import numpy as np
 
 from orbsoc.orbit import Elements
-from orbsoc.orbit.array import Array
+from orbsoc.orbit.array import Array, Index
 from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
 
 from ..scenario import Point, Scenario
@@ -52,6 +52,8 @@ class Approach:
     """That the plan leaves beyond the scenario's margin, for errors of navigation and execution."""
     in_flight: bool = False
     """Whether the start is where a flight has come to: its drift is what it is, and the first burn is not looked at cut."""
+    first_margin_m: float = inf
+    """Of the corridor's margin what the first arc keeps, m, where that is less."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
@@ -143,6 +145,12 @@ class Approach:
     def outside_m(self, positions: Array) -> Array:
         """How far outside the keep-out, at least, m: of a sphere exactly, of an ellipsoid by its least semi-axis."""
         return np.asarray(self.axes_m.min() * (self.size(positions) - 1.0))
+
+    def corridor_margins(self, arcs: Index) -> Array:
+        """From the corridor's side on arcs (S,), m."""
+        corridor = self.scenario.corridor
+        assert corridor is not None
+        return np.where(arcs == 0, min(corridor.margin_m, self.first_margin_m), corridor.margin_m)
 
     def holds(self) -> list[tuple[str, Point]]:
         """The points with a hold."""

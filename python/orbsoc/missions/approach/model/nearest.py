@@ -49,8 +49,10 @@ class Search:
         states = np.einsum("ksij,kj->ksi", self._arcs, after)
         scenario, gate = self.approach.scenario, self.approach.guarded
         if scenario.corridor is not None:
-            depth = scenario.corridor.depth(states[..., :3]) - scenario.corridor.margin_m
-            found["corridor"] = self._least(depth, np.arange(len(depth)) >= gate)
+            arcs = np.arange(len(states))
+            margins = self.approach.corridor_margins(arcs)
+            depth = scenario.corridor.depth(states[..., :3]) - margins[:, None]
+            found["corridor"] = self._least(depth, arcs >= gate)
         if scenario.half_space is not None:
             wanted = self.approach.ends_s > scenario.half_space_s + 1e-6
             found["half_space"] = self._least(scenario.half_space.depth(states[..., :3]), wanted)

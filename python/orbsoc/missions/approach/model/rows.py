@@ -42,7 +42,7 @@ def rows_of(
         matrix = (axes.min() * sight / axes)[:, None] @ to[:, :3]
         return matrix, np.full((len(arcs), 1), -axes.min() - ROOM_M)
     if kind == CORRIDOR:
-        return _corridor(approach, to)
+        return _corridor(approach, arcs, to)
     if kind == HALF_SPACE:
         half_space = approach.scenario.half_space
         assert half_space is not None
@@ -92,7 +92,7 @@ def straight(approach: Approach, times_s: Array) -> Array:
     return np.array([np.interp(times_s, times, column) for column in np.array(places).T]).T
 
 
-def _corridor(approach: Approach, to: Array) -> tuple[Array, Array]:
+def _corridor(approach: Approach, arcs: Index, to: Array) -> tuple[Array, Array]:
     corridor = approach.scenario.corridor
     assert corridor is not None
     axis, angle = corridor.direction(), radians(corridor.half_angle_deg)
@@ -101,7 +101,8 @@ def _corridor(approach: Approach, to: Array) -> tuple[Array, Array]:
         across = np.array([[-axis[1], axis[0], 0.0]])
     steps = tan(angle)
     matrix = np.vstack([steps * axis, across]) @ to[:, :3]
-    less = (corridor.margin_m + min(ROOM_M, 0.1 * corridor.margin_m)) / cos(angle)
+    margins = approach.corridor_margins(arcs)
+    less = (margins + np.minimum(ROOM_M, 0.1 * margins)) / cos(angle)
     constant = np.zeros((len(to), 1 + len(across)))
     constant[:, 0] = -steps * corridor.apex_m - less
     return matrix, constant

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -103,10 +103,14 @@ class InsertionLoop:
         return FlyingVehicle.of(disperse(self.scenario, number, seed), self.scenario)
 
     def next_trigger(self, last: Trigger | None, programme: Burn) -> Trigger | None:
-        """A period after the last one that came at its time; the fault when it is detected, whatever else is due then."""
+        """A period after the last one that came at its time; the fault when it is detected, whatever else is due then; none while
+        an engine that will burn again is out."""
         cycle, event = self.scenario.guidance, self.scenario.event
         number, at_s = (0, 0.0) if last is None else (last.number, last.at_s)
-        due_s = cycle.period_s * (np.floor(at_s / cycle.period_s + 1e-9) + 1.0)
+        after_s = (
+            event.back_s if event is not None and event.known_s <= at_s < event.back_s < np.inf else at_s
+        )
+        due_s = cycle.period_s * (np.floor(after_s / cycle.period_s + 1e-9) + 1.0)
         found = []
         if event is not None and at_s < event.known_s < programme.end_s:
             found.append(Trigger(number + 1, event.known_s, EVENT, urgent=True))
@@ -125,11 +129,16 @@ class InsertionLoop:
         if not lost and belief.at_s >= programme.end_s:
             return Answer(None, belief.at_s, "the burn is over before an answer can be flown")
         around: OuterLoop | None = None
-        if trigger.cause != EVENT:
+        resumes = trigger.cause == EVENT and not lost
+        if resumes:  # the same attitude, later
+            assert self.scenario.event is not None
+            out_s = self.scenario.event.back_s - self.scenario.event.at_s
+            programme = replace(programme, start_s=programme.start_s + out_s)
+        if trigger.cause != EVENT or resumes:
             burn, around = self._again(belief, programme, solve)
             if burn is not None:
                 return self._answer(belief, burn, "planned again from the flying burn", around)
-        if not lost:
+        if not lost and not resumes:
             words = "no burn to the target that its own flight confirms"
             return Answer(None, belief.at_s, words, around=around)
         choice = self.losses.decide(belief, programme, solve)
@@ -187,24 +196,33 @@ class InsertionLoop:
     def _belief(self, sensed: Sensed, programme: Burn, allowance_s: float) -> Belief:
         """The estimate flown on by the programme, with what guidance knows of the engine."""
         scenario = self.scenario
+        event = scenario.event
+        back_s = event.back_s if event is not None and event.known_s <= sensed.at_s < event.back_s else np.inf
         until_s = sensed.at_s + allowance_s
-        engine, mass_kg = self._engine(sensed.at_s), self._mass_kg(sensed.at_s)
+        if back_s < np.inf:  # nothing can be flown before
+            until_s = max(until_s, back_s)
+        mass_kg = self._mass_kg(sensed.at_s)
         state: Array = np.asarray(sensed.estimate)
-        if allowance_s > 0.0:
-            times, all_times = steps_to(sensed.at_s, until_s)
-            vectors = programme.vectors(all_times).tolist()
-            state = np.array(flown(state.tolist(), mass_kg, times, vectors, engine, self.warm.field)[-1])
-            mass_kg -= engine.flow_kg_s * allowance_s
+        begun_s = sensed.at_s
+        for end_s in (min(back_s, until_s), until_s):
+            if end_s > begun_s:
+                engine = self._engine(begun_s)
+                times, all_times = steps_to(begun_s, end_s)
+                vectors = programme.vectors(all_times).tolist()
+                state = np.array(flown(state.tolist(), mass_kg, times, vectors, engine, self.warm.field)[-1])
+                mass_kg -= engine.flow_kg_s * (end_s - begun_s)
+                begun_s = end_s
+        engine = self._engine(sensed.at_s if back_s == np.inf else until_s)
         left_kg = mass_kg - scenario.vehicle.dry_mass_kg
         longest_s = left_kg / engine.flow_kg_s if engine.flow_kg_s > 0.0 else np.inf
         if scenario.guidance.latest_end_s is not None:
             longest_s = min(longest_s, scenario.guidance.latest_end_s - until_s)
-        return Belief(until_s, state, mass_kg, engine, longest_s, allowance_s)
+        return Belief(until_s, state, mass_kg, engine, longest_s, until_s - sensed.at_s)
 
     def _engine(self, at_s: float) -> Engine:
-        """As it is known: whole until its fault is detected."""
+        """As it is known: whole until its fault is detected, and when it burns again."""
         vehicle, event = self.scenario.vehicle, self.scenario.event
-        if event is None or at_s < event.known_s:
+        if event is None or at_s < event.known_s or at_s >= event.back_s:
             return Engine(vehicle.thrust_n, vehicle.mass_flow_kg_s)
         return Engine(vehicle.thrust_n * event.thrust_kept, vehicle.mass_flow_kg_s * event.flow)
 
@@ -214,7 +232,8 @@ class InsertionLoop:
         whole_s = at_s
         after_s = 0.0
         if event is not None and at_s >= event.known_s:
-            whole_s, after_s = event.at_s, (at_s - event.at_s) * event.flow
+            faulty_s = min(at_s, event.back_s) - event.at_s
+            whole_s, after_s = at_s - faulty_s, faulty_s * event.flow
         return vehicle.mass_kg - vehicle.mass_flow_kg_s * (whole_s + after_s)
 
 

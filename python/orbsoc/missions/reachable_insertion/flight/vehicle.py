@@ -51,15 +51,14 @@ class FlyingVehicle:
 
     def advance(self, programme: Burn, until_s: float) -> None:
         """Follow a programme; the engine stops where it has no propellant left."""
-        ends = [until_s]
-        if self.loss is not None and self.time_s < self.loss.at_s < until_s:
-            ends.insert(0, self.loss.at_s)
-        for end in ends:
+        loss = () if self.loss is None else (self.loss.at_s, self.loss.back_s)
+        ends = [end for end in loss if self.time_s < end < until_s]
+        for end in (*ends, until_s):
             self._burn(programme, end)
 
     def engine_now(self) -> Engine:
         """With what is left of it."""
-        if self.loss is None or self.time_s < self.loss.at_s:
+        if self.loss is None or not self.loss.lasts(self.time_s):
             return self.engine
         kept, loss = self.engine, self.loss
         return Engine(kept.thrust_n * loss.thrust_kept, kept.flow_kg_s * loss.flow)
