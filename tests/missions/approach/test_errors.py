@@ -6,6 +6,7 @@ import numpy as np
 
 from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.uncertainty import Uncertainty
+from orbsoc.guidance.verdict import Question
 from orbsoc.missions import approach
 from orbsoc.missions.approach.verification.closed_loop import SAMPLES, fly_corrected
 from orbsoc.missions.approach.verification.errors import covariances_after, room_m
@@ -68,3 +69,16 @@ def test_errors_that_no_margin_holds_leave_the_plan_not_verified() -> None:
     assert plan.status is PlanStatus.NOT_VERIFIED
     assert plan.verification is not None
     assert "into the keep-out; more impulses before the gate" in plan.verification.failures[0]
+
+
+def test_the_safety_line_says_whether_errors_are_in_it() -> None:
+    """None without `[uncertainty]`; with it the room that they leave, and that drifts have none."""
+    with_errors = approach.plan(station(uncertainty=ERRORS))
+    assert with_errors.verification is not None
+    room = with_errors.verification.room_m
+    for plan, words in (
+        (planned(), "no errors in it"),
+        (with_errors, f"3 σ of errors leave the flight {room:.1f} m outside, drifts without errors"),
+    ):
+        (line,) = [each for each in plan.verdict.lines if each.question is Question.SAFETY]
+        assert line.evidence.endswith(words)

@@ -146,6 +146,7 @@ def _safety(plan: Plan) -> VerdictLine | None:
         words.append(f"aborts of ≤ {max(each.size_m_s for each in needed):.3f} m/s at {len(needed)} instants")
     if found.drift_with_j2_m < 0.0:
         words.append(f"with J2 and drag {-found.drift_with_j2_m:.1f} m inside")
+    words.append(_errors(plan, found))
     strong = not found.unsafe_aborts and found.drift_with_j2_m >= 0.0 and safety.cut_burns
     word = Word.SAFE if strong else Word.PARTLY
     if not found.safe:
@@ -157,6 +158,17 @@ def _safety(plan: Plan) -> VerdictLine | None:
     return VerdictLine(
         Question.SAFETY, word, figure, limit, "; ".join(words), _nearest(plan, found, how_long)
     )
+
+
+def _errors(plan: Plan, found: Verification) -> str:
+    """What is in the line of errors: none, or the room that they leave the flight before the gate, never its drifts."""
+    errors = plan.scenario.uncertainty
+    if errors is None:
+        return "no errors in it"
+    room = f"leave the flight {found.room_m:.1f} m outside"
+    if found.room_m < 0.0:
+        room = f"reach {-found.room_m:.1f} m into the keep-out"
+    return f"{errors.sigmas:g} σ of errors {room}, drifts without errors"
 
 
 def _nearest(plan: Plan, found: Verification, how_long: str) -> Claim:
