@@ -12,6 +12,7 @@ import sys
 from typing import Any
 
 import numpy as np
+from scipy.linalg import null_space
 from scipy.optimize import minimize
 
 from benchmarks.station_approaches import scenario
@@ -152,19 +153,28 @@ class Beside:
     def best(self, seed: int) -> tuple[float, int]:
         """The least cost of the starts that end where everything is kept, and how many do; infinite for none."""
         random, found, kept = np.random.default_rng([seed, 50]), np.inf, 0
+        free = null_space(self.equal)  # what x may change by, as the equations say
+
+        def flown(z: Array) -> Array:
+            return np.asarray(self.planned + free @ z)
+
         conditions: list[dict[str, Any]] = [
-            {"type": "eq", "fun": lambda x: self.equal @ x - self.side, "jac": lambda _: self.equal},
-            {"type": "ineq", "fun": self.outside, "jac": self.outside_by},
-            {"type": "ineq", "fun": self.inside, "jac": self.inside_by},
+            {"type": "ineq", "fun": lambda z, f=f: f(flown(z)), "jac": lambda z, by=by: by(flown(z)) @ free}
+            for f, by in ((self.outside, self.outside_by), (self.inside, self.inside_by))
         ]
-        most = self.plan.scenario.engine.largest_m_s
+
+        def cost(z: Array) -> tuple[float, Array]:
+            value, slope = self.cost(flown(z))
+            return value, slope @ free
+
         for start in range(STARTS):
             noise = np.geomspace(1e-3, 0.3, STARTS)[start] * random.standard_normal(self.planned.size)
             ended = minimize(
-                self.cost, self.planned + noise, jac=True, method="SLSQP", constraints=conditions,
-                bounds=[(-most, most)] * self.planned.size, options={"maxiter": 80, "ftol": 1e-8},
+                cost, free.T @ noise, jac=True, method="SLSQP", constraints=conditions,
+                options={"maxiter": 80, "ftol": 1e-8},
             )  # fmt: skip
-            if self.verified(ended.x):
+            x = flown(ended.x)
+            if self.verified(x):
                 kept += 1
                 found = min(found, float(ended.fun))
         return found, kept
