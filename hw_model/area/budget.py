@@ -64,8 +64,25 @@ class Use:
         return self.share <= self.ceiling
 
 
+class Taken:
+    """What is taken of a device, a row of each kind of resource."""
+
+    __slots__ = ()
+    uses: tuple[Use, ...]
+
+    @property
+    def fits(self) -> bool:
+        """Whether every kind stays within its ceiling."""
+        return all(use.fits for use in self.uses)
+
+    @property
+    def tightest(self) -> Use:
+        """The kind that is nearest to its ceiling, or furthest over it."""
+        return max(self.uses, key=lambda use: use.share / use.ceiling)
+
+
 @dataclass(frozen=True, slots=True)
-class Budget:
+class Budget(Taken):
     """An engine in a device. Storage is that of the largest pattern, of one replica; microcode that of the programs that stay, and of
     the largest of those that share a place.
 
@@ -82,16 +99,6 @@ class Budget:
     microcode_bram36: int
     programs: Programs
     """What is loaded of each pattern, and which stays."""
-
-    @property
-    def fits(self) -> bool:
-        """Whether every kind stays within its ceiling."""
-        return all(use.fits for use in self.uses)
-
-    @property
-    def tightest(self) -> Use:
-        """The kind that is nearest to its ceiling, or furthest over it."""
-        return max(self.uses, key=lambda use: use.share / use.ceiling)
 
     @property
     def words(self) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from hw_model.area.budget import Use, budget
+from hw_model.area.budget import Taken, Use, budget
 from hw_model.area.engine import require_buildable
 from hw_model.errors import HwModelError
 from hw_model.timing.queue import Line
@@ -37,23 +37,13 @@ ENGINES = (1, 2, 3, 4)
 
 
 @dataclass(frozen=True, slots=True)
-class EngineSet:
+class EngineSet(Taken):
     """Engines of one shape with `copies` problems interleaved in each. `uses`: of all of them together."""
 
     shape: tuple[int, int, int, int]
     copies: int
     found: Throughput
     uses: tuple[Use, ...]
-
-    @property
-    def fits(self) -> bool:
-        """Whether every resource stays within its ceiling."""
-        return all(use.fits for use in self.uses)
-
-    @property
-    def tightest(self) -> Use:
-        """The resource nearest to its ceiling, or furthest over it."""
-        return max(self.uses, key=lambda use: use.share / use.ceiling)
 
     @property
     def words(self) -> str:
