@@ -18,6 +18,7 @@ from hw_model.timing.queue import Line
 from hw_model.vocabulary import count_of
 
 from .bands import Band, band_of, corners_of
+from .loading import Loading, loading
 from .prices import at_each_price
 from .throughput import Throughput, throughputs
 
@@ -44,6 +45,10 @@ class EngineSet(Taken):
     copies: int
     found: Throughput
     uses: tuple[Use, ...]
+    loading: Loading
+    """Of one engine's programs."""
+    storage_words: int
+    """Of one engine, of one replica."""
 
     @property
     def words(self) -> str:
@@ -70,6 +75,9 @@ class EngineSet(Taken):
             "tightest": self.tightest.kind,
             "share": min(1e6, self.tightest.share),
             "ceiling": self.tightest.ceiling,
+            **{use.kind: use.used for use in self.uses},
+            "storage_words": self.storage_words,
+            **self.loading.row(),
         }
 
 
@@ -94,9 +102,10 @@ class Question:
         for shape, count in product(shapes, copies):
             platform = self._computer(shape, count)
             area = budget(self.trace, platform, self.partition, self.cycles)
+            loads = loading(platform, area.programs)
             for found in self._priced(platform, engines):
                 uses = tuple(replace(use, used=found.engines * use.used) for use in area.uses)
-                yield EngineSet(shape, count, found, uses)
+                yield EngineSet(shape, count, found, uses, loads, area.storage_words)
 
     def gains(self, of: EngineSet) -> list[tuple[Platform, Band]]:
         """At each price of the PS's work: solves a second over those of all cores, with the ends of the platform's bands."""

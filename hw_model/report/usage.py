@@ -52,6 +52,8 @@ class ParameterUse:
     """Operations that the PS runs at all."""
     counted: bool = True
     """Whether executed instructions of the trace's patterns can be told."""
+    a_core_each: bool = False
+    """Whether each core of the PS has problems of its own."""
     outer_loop: bool = False
     """Whether what happens around the solves was counted, in instructions of one core and in binary64."""
 
@@ -85,7 +87,7 @@ TIMELINE_USAGE = ParameterUse(frozenset({"times"}))
 """One run without jitter: the file for a trace viewer."""
 TRACE_USAGE = ParameterUse(frozenset({"times", "throughput", "loads", "fit"}), ALL_KINDS)
 """One run without jitter, and many: trace."""
-THROUGHPUT_USAGE = replace(TRACE_USAGE, off_pl=True)
+THROUGHPUT_USAGE = replace(TRACE_USAGE, off_pl=True, a_core_each=True)
 """Many runs, and what sets of engines take: throughput."""
 EXPLAIN_USAGE = ParameterUse(frozenset({"times", "energy", "loads", "fit"}), ALL_KINDS)
 """Times and energies of two runs: explain."""
@@ -183,7 +185,8 @@ def _ps(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "times" not in usage.questions:
         return _NO_TIMES
     if name == "cores":  # those that idle draw as well
-        return _unless("energy" in usage.questions, "it only limits `runtime.cores_used`; set that too")
+        used = "energy" in usage.questions or usage.a_core_each
+        return _unless(used, "it only limits `runtime.cores_used`; set that too")
     if name == "cache_line_bytes":
         return _unless(usage.on_pl, _NO_PL)
     if name in ("parallel_fraction", "fork_join_us"):
@@ -289,6 +292,8 @@ def _link(name: str, platform: Platform, usage: ParameterUse) -> str | None:
 def _runtime(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if "times" not in usage.questions:
         return _NO_TIMES
+    if name in ("cores_used", "schedule") and usage.a_core_each:
+        return "each core has problems of its own here; leave it out"
     if name == "cores_used":
         return None
     if name == "jitter_exponent":
