@@ -68,7 +68,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "trace on the PS": ("trace", "{w}", "--partition", "all_ps"),
     "trace with two cores": ("trace", "{w}", "--set", "runtime.cores_used=2"),
     "trace with polling": ("trace", "{w}", "--set", "runtime.completion=polling"),
-    "throughput": ("throughput", "{w}", "--shapes", "4x1x16x1", "--copies", "1", "--engines", "1"),
+    "throughput": ("throughput", "{w}", "--ordering", "amd", "--shapes", "4x1x16x1", "--copies", "1", "--engines", "1"),
     "explain": ("explain", "{w}", "{d}:all_ps", "{d}:paper:{k}"),
     "budget": ("budget", "{w}"),
     "budget by the estimate": ("budget", "{w}", "--estimate"),
