@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from orbsoc.commands.app import app
+from tests.printed import shows
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted((ROOT / "docs").glob("reproduce-*.md")), ROOT / "docs" / "accuracy.md"]
@@ -19,7 +20,11 @@ def test_a_page_is_what_the_command_writes(page: Path, tmp_path: Path) -> None:
     arguments = ["reproduce", number, "--scenarios", str(ROOT / "scenarios"), "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
-    assert page.read_text(encoding="utf-8") == (tmp_path / "out" / "reproduce.md").read_text(encoding="utf-8")
+    pages = (page, tmp_path / "out" / "reproduce.md")
+    shown, written = (each.read_text(encoding="utf-8").splitlines() for each in pages)
+    assert len(shown) == len(written)
+    for line, found in zip(shown, written, strict=True):
+        assert line == found or shows(line, found), (line, found)
 
 
 def test_there_are_pages() -> None:
