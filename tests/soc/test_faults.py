@@ -16,6 +16,7 @@ ROUND_CLOCKS = 5000
 """More than a look at a launch takes."""
 EVENTS = {
     "registers:300": "bus error",
+    "memories:700": "bus error",
     "interrupt": "lost interrupt",
     "reset:37": "bus error",
     "endless": "no end within the patience",

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from orbsoc.orbit.relative import absolute_state, relative_state
 
 from .closed_loop import Sensed, Trigger
 from .impulses import ImpulseProgramme
+from .setting_out import Lead
 from .uncertainty import Uncertainty
 
 FORCES: tuple[Force, ...] = (PointMass(EARTH), J2(EARTH))
@@ -51,18 +51,8 @@ def next_burn(last: Trigger | None, flying: Impulses, lead_s: float) -> Trigger 
     return None
 
 
-class LeadTimes:
-    """What the loops of rendezvous missions have alike: they begin `[guidance] lead_s` before an impulse, and have that long."""
-
-    scenario: Any
-
-    @property
-    def period_s(self) -> float:
-        return float(self.scenario.guidance.lead_s)
-
-    @property
-    def allowance_s(self) -> float:
-        return self.period_s
+class LeadTimes(Lead):
+    """What the loops of rendezvous missions have alike: they begin before an impulse."""
 
     def next_trigger(self, last: Trigger | None, programme: Impulses) -> Trigger | None:
         return next_burn(last, programme, self.period_s)

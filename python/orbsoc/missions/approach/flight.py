@@ -16,9 +16,8 @@ import numpy as np
 from orbsoc.guidance.closed_loop import ON_TARGET, Answer, Decision, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.impulsive_flight import Chaser, Impulses, LeadTimes
-from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Solve, uninterrupted
+from orbsoc.guidance.setting_out import given_errors, programme_of
 from orbsoc.guidance.verdict import Question, VerdictLine, Word
 from orbsoc.orbit import state_from_elements
 from orbsoc.orbit.array import Array
@@ -80,16 +79,10 @@ class ApproachLoop(LeadTimes):
     @classmethod
     def of(cls, scenario: Scenario, solve: Solve) -> ApproachLoop:
         """Plan on the ground. Raises ScenarioError without errors to fly with, or without a programme."""
-        if scenario.uncertainty is None:
-            allowed = "is missing; a closed loop needs the errors of navigation and engine"
-            raise ScenarioError(scenario.name, [Complaint("uncertainty", "", allowed)])
+        given_errors(scenario.name, scenario.uncertainty, "navigation and engine")
         found = planned(scenario, solve)
-        if found.status is PlanStatus.INTERRUPTED:
-            raise KeyboardInterrupt
-        if found.programme is None:
-            allowed = f"no programme to set out with: {found.message}"
-            raise ScenarioError(scenario.name, [Complaint("points", "", allowed)])
-        return cls(scenario, found.approach, Impulses(found.programme, scenario.duration_s))
+        programme = programme_of(scenario.name, found, found.programme, "points")
+        return cls(scenario, found.approach, Impulses(programme, scenario.duration_s))
 
     @property
     def columns(self) -> Mapping[str, str]:

@@ -10,9 +10,8 @@ import numpy as np
 from orbsoc.guidance.closed_loop import ON_TARGET, Answer, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.impulsive_flight import Chaser, Impulses, LeadTimes
-from orbsoc.guidance.mission import PlanStatus
-from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Solve, uninterrupted
+from orbsoc.guidance.setting_out import given_errors, programme_of
 from orbsoc.guidance.verdict import Question, VerdictLine, Word
 from orbsoc.orbit.array import Array
 
@@ -35,16 +34,10 @@ class FlyAroundLoop(LeadTimes):
     @classmethod
     def of(cls, scenario: Scenario, solve: Solve) -> FlyAroundLoop:
         """Plan on the ground. Raises ScenarioError without errors to fly with, or without a programme."""
-        if scenario.uncertainty is None:
-            allowed = "is missing; a closed loop needs the errors of navigation and engine"
-            raise ScenarioError(scenario.name, [Complaint("uncertainty", "", allowed)])
+        given_errors(scenario.name, scenario.uncertainty, "navigation and engine")
         found = made(scenario, solve, None)
-        if found.status is PlanStatus.INTERRUPTED:
-            raise KeyboardInterrupt
-        if found.verification is None:
-            allowed = f"no programme to set out with: {found.message}"
-            raise ScenarioError(scenario.name, [Complaint("impulses", repr(scenario.impulses), allowed)])
-        plan = found.verification.flown
+        verified = programme_of(scenario.name, found, found.verification, "impulses", repr(scenario.impulses))
+        plan = verified.flown
         return cls(scenario, Impulses(plan.programme, plan.end_s))
 
     @property

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from orbsoc.guidance.closed_loop import ON_TARGET, PERIOD, Answer, FlownCycles, Sensed, Trigger
-from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Solve
+from orbsoc.guidance.setting_out import Lead, given_errors, programme_of
 from orbsoc.guidance.verdict import Question, VerdictLine, Word
 from orbsoc.orbit.array import Array
 from orbsoc.orbit.perturbations import fast_coast
@@ -93,7 +93,7 @@ class Pursuer:
 
 
 @dataclass(frozen=True, eq=False)
-class PhasingLoop:
+class PhasingLoop(Lead):
     """An approach with errors, and the burns that were planned on the ground."""
 
     scenario: Scenario
@@ -104,29 +104,15 @@ class PhasingLoop:
     @classmethod
     def of(cls, scenario: Scenario, solve: Solve) -> PhasingLoop:
         """Plan on the ground. Raises ScenarioError without errors to fly with, or without a plan by cones."""
-        if scenario.uncertainty is None:
-            allowed = "is missing; a closed loop needs the errors of tracking and engine"
-            raise ScenarioError(scenario.name, [Complaint("uncertainty", "", allowed)])
+        errors = given_errors(scenario.name, scenario.uncertainty, "tracking and engine")
         if scenario.scheme != "socp":
             allowed = "plans no burn again; must be 'socp' in a closed loop"
             raise ScenarioError(scenario.name, [Complaint("scheme", repr(scenario.scheme), allowed)])
         found = made(scenario, solve, None)
-        if found.status is PlanStatus.INTERRUPTED:
-            raise KeyboardInterrupt
-        if found.descended is None or found.programme is None:
-            allowed = f"no plan to set out with: {found.message}"
-            raise ScenarioError(scenario.name, [Complaint("window", "", allowed)])
-        approach, roll = found.descended.approach, found.descended.roll
+        descended = programme_of(scenario.name, found, found.programme and found.descended, "window")
+        approach, roll = descended.approach, descended.roll
         burns = Burns(approach.times_s - approach.times_s[0], roll.dv_m_s)
-        return cls(scenario, approach, burns, scenario.uncertainty)
-
-    @property
-    def period_s(self) -> float:
-        return self.scenario.guidance.lead_s
-
-    @property
-    def allowance_s(self) -> float:
-        return self.period_s
+        return cls(scenario, approach, burns, errors)
 
     @property
     def columns(self) -> Mapping[str, str]:

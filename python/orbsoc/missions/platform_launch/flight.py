@@ -15,9 +15,9 @@ from orbsoc.conic.settings import Settings
 from orbsoc.guidance.closed_loop import ON_TARGET, PERIOD, Answer, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.impulsive_flight import Chaser, Impulses
-from orbsoc.guidance.mission import PlanStatus
 from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import Solve, uninterrupted
+from orbsoc.guidance.setting_out import Lead, given_errors, programme_of
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.guidance.verdict import Question, VerdictLine, Word
 
@@ -30,7 +30,7 @@ COLUMNS = {ON_TARGET: "", "miss_m": "m", "speed_m_s": "m/s", "delta_v_m_s": "m/s
 
 
 @dataclass(frozen=True, eq=False)
-class LaunchLoop:
+class LaunchLoop(Lead):
     """A launch with errors, and the programme that was planned on the ground."""
 
     scenario: Scenario
@@ -40,34 +40,23 @@ class LaunchLoop:
     @classmethod
     def of(cls, scenario: Scenario, solve: Solve) -> LaunchLoop:
         """Plan on the ground. Raises ScenarioError without errors to fly with, without a programme, or with no time to correct it."""
-        given, cycle = scenario.uncertainty, scenario.guidance
-        if given is None:
-            allowed = "is missing; a closed loop needs the errors of launch and engine"
-            raise ScenarioError(scenario.name, [Complaint("uncertainty", "", allowed)])
+        cycle = scenario.guidance
+        given = given_errors(scenario.name, scenario.uncertainty, "launch and engine")
         found = made(scenario, solve, None)
-        if found.status is PlanStatus.INTERRUPTED:
-            raise KeyboardInterrupt
-        if found.programme is None or found.meeting is None:
-            allowed = f"no programme to set out with: {found.message}"
-            raise ScenarioError(scenario.name, [Complaint("rendezvous", "", allowed)])
-        apart_s = found.meeting.time_s / (cycle.corrections + 1)
+        programme, meeting = (
+            programme_of(scenario.name, found, found.programme, "rendezvous"),
+            programme_of(scenario.name, found, found.meeting, "rendezvous"),
+        )
+        apart_s = meeting.time_s / (cycle.corrections + 1)
         if cycle.lead_s >= apart_s:
-            allowed = f"{cycle.corrections} corrections in {found.meeting.time_s:.4g} s are {apart_s:.4g} s apart; must be below that"
+            allowed = f"{cycle.corrections} corrections in {meeting.time_s:.4g} s are {apart_s:.4g} s apart; must be below that"
             raise ScenarioError(scenario.name, [Complaint("guidance.lead_s", f"{cycle.lead_s:g}", allowed)])
         errors = Uncertainty(
             position_m=given.position_m,
             velocity_m_s=given.velocity_m_s,
             execution_share=given.execution_share,
         )
-        return cls(scenario, Impulses(found.programme, found.meeting.time_s), errors)
-
-    @property
-    def period_s(self) -> float:
-        return self.scenario.guidance.lead_s
-
-    @property
-    def allowance_s(self) -> float:
-        return self.period_s
+        return cls(scenario, Impulses(programme, meeting.time_s), errors)
 
     @property
     def columns(self) -> Mapping[str, str]:
