@@ -22,7 +22,12 @@
 //! | `outcome` | [`Solution`], and its independent verification |
 //! | `method` | stages, buffers, decisions, restarts, [`Engine`], [`record_tapes`] |
 //! | `batch` | [`BatchSolver`] |
+//!
+//! Feature `datapaths`, a default: every datapath beside `f64`. Without it there is [`Engine`] on `f64` and nothing that needs another.
 
+#![cfg_attr(not(feature = "datapaths"), allow(dead_code, unused_imports))] // what only the other datapaths reach
+
+#[cfg(feature = "datapaths")]
 mod batch;
 mod error;
 mod kernels;
@@ -35,18 +40,24 @@ mod symbolic;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "datapaths")]
 pub use batch::queue::BatchProgress;
+#[cfg(feature = "datapaths")]
 pub use batch::solver::{solve_batch, solve_batch_from, BatchSolver};
 pub use error::Error;
 pub use method::compiled::Compiled;
-pub use method::engine::{factor_shape, operation_counts, Engine};
+#[cfg(feature = "datapaths")]
+pub use method::counts::operation_counts;
+pub use method::engine::{factor_shape, Engine};
 pub use method::events::Event;
+#[cfg(feature = "datapaths")]
 pub use method::mixed::{MixedEngine, Narrow};
 pub use method::observer::{Observer, Progress};
 pub use method::restart::{Attempt, Restart, RESTARTS};
 pub use method::stage;
 pub use method::stage::{Flag, Module, Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
 pub use method::tables::{pattern_tables, PatternTables, SUPERNODE_KINDS};
+#[cfg(feature = "datapaths")]
 pub use method::tape::{record_tapes, word_of, Recording, Store, Tape};
 pub use method::warm_start::Start;
 pub use method::workspace::Buffer;

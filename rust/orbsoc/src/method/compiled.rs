@@ -40,4 +40,6 @@ macro_rules! compiled {
     )*};
 }
 
-compiled!(f64, f32);
+compiled!(f64);
+#[cfg(feature = "datapaths")]
+compiled!(f32);

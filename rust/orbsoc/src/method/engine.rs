@@ -8,11 +8,10 @@ use crate::method::control::Control;
 use crate::method::observer::{Observer, Progress};
 use crate::method::restart::{Attempt, Restart, LONGEST};
 use crate::method::stage::{Outcome, Stage, Step, CLOSING, ITERATION, STARTUP, WARM_STARTUP};
-use crate::method::workspace::{Buffer, Workspace};
+use crate::method::workspace::Buffer;
 use crate::method::{compiled::Compiled, datapath::Datapath, events::Event, warm_start::Start};
 use crate::outcome::solution::{better_of, Solution};
 use crate::problem::{Problem, Settings};
-use crate::real::{count, Counted, Latency, Real, Tally};
 use crate::symbolic::{ordering::FactorShape, supernodes::Panels};
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -353,23 +352,4 @@ fn most_events(settings: &Settings) -> usize {
 /// A pattern too large.
 pub fn factor_shape(problem: &Problem, settings: &Settings) -> Result<FactorShape, Error> {
     Ok(Structure::new(problem, settings.ordering, Panels::Exact)?.kkt.factor_shape())
-}
-
-/// Operations of each stage on a problem's pattern, and their longest dependent chain.
-///
-/// # Errors
-/// As [`Engine::new`].
-pub fn operation_counts(
-    problem: &Problem,
-    settings: &Settings,
-    latency: Latency,
-) -> Result<Vec<(Stage, Tally)>, Error> {
-    let structure = Arc::new(Structure::new(problem, settings.ordering, Panels::Exact)?);
-    let mut path = Datapath::<Counted>::new(structure, settings)?;
-    let inputs_ready = Workspace::new(&path.structure, Counted::zero());
-    let mut tally = |stage| {
-        path.work.clone_from(&inputs_ready);
-        (stage, count(latency, || path.execute(stage)))
-    };
-    Ok(Stage::ALL.iter().map(|&stage| tally(stage)).collect())
 }
