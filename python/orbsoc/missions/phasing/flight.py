@@ -109,7 +109,7 @@ class PhasingLoop(Lead):
             allowed = "plans no burn again; must be 'socp' in a closed loop"
             raise ScenarioError(scenario.name, [Complaint("scheme", repr(scenario.scheme), allowed)])
         found = made(scenario, solve, None)
-        descended = programme_of(scenario.name, found, found.programme and found.descended, "window")
+        descended = programme_of(scenario.name, found, found.descended if found.programme else None, "window")
         approach, roll = descended.approach, descended.roll
         burns = Burns(approach.times_s - approach.times_s[0], roll.dv_m_s)
         return cls(scenario, approach, burns, errors)
