@@ -1,8 +1,8 @@
 """Random approaches of a station: what is planned, in what time, and whether anything that was claimed is contradicted.
 
 `python -m benchmarks.station_approaches --count 200 --clarabel --flights 10 --out FILE` plans approaches on V-bar and R-bar from
-random places and writes a line of JSON of each: the status, the processor time, the cost. It solves every conic problem again with
-Clarabel, flies drifts of every verified plan, whole and cut at random fractions, and its abort impulses, on a grid twenty times
+random places and writes a line of JSON of each: the status, the processor time, the cost. With `--errors` the plan knows of the errors that it
+is flown with, and leaves a margin for them. It solves every conic problem again with Clarabel, flies drifts of every verified plan, whole and cut at random fractions, and its abort impulses, on a grid twenty times
 as dense as the planner's, and flies it with errors. A run that was stopped goes on where its file ends.
 """
 
@@ -32,6 +32,8 @@ from orbsoc.missions.approach.verification.closed_loop import fly_corrected
 
 LAPSE_S = 5e4
 """An error of the velocity by which a margin is lost in three orbits, by three standard deviations."""
+ERRORS = {"position_m": 0.3, "velocity_m_s": 2e-3, "execution_share": 0.01, "sigmas": 3.0}
+"""That a plan with `--errors` knows of."""
 ABORTS = 100
 """Drifts of each plan: after random burns, cut at random fractions."""
 
@@ -93,11 +95,12 @@ def contradicted(plan: approach.Plan, seed: int) -> int:
     return broken
 
 
-def judged(seed: int, *, with_clarabel: bool, flights: int) -> dict[str, Any]:
+def judged(seed: int, *, with_errors: bool, with_clarabel: bool, flights: int) -> dict[str, Any]:
     """What is found of one random approach, as a line of the file."""
     found: dict[str, Any] = {"seed": seed}
+    known = {"uncertainty": ERRORS} if with_errors else {}
     try:
-        asked = checked(approach.Scenario, scenario(seed), source=f"random {seed}")
+        asked = checked(approach.Scenario, scenario(seed, **known), source=f"random {seed}")
     except ScenarioError as error:
         return found | {"status": "refused", "message": str(error)}
     ended: list[float] = []
@@ -138,10 +141,10 @@ def judged(seed: int, *, with_clarabel: bool, flights: int) -> dict[str, Any]:
                 errors = Uncertainty(
                     position_m=position, velocity_m_s=velocity, execution_share=0.01, runs=flights
                 )
-                with_errors = fly_corrected(
+                flown_with = fly_corrected(
                     plan.approach, plan.programme, plan.verification.arcs, errors=errors, runs=flights
                 )
-                found[f"entered_{name}"] = with_errors.entered
+                found[f"entered_{name}"] = flown_with.entered
     if with_clarabel:
         tally: Counter[str] = Counter()
         for row in plan.subproblems:
@@ -201,6 +204,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--errors", action="store_true", help="plan with the errors of the flights")
     parser.add_argument("--clarabel", action="store_true", help="solve every conic problem again")
     parser.add_argument("--flights", type=int, default=0, help="dispersed flights of each verified plan")
     parser.add_argument("--out", type=Path, help="file of lines of JSON; those that it has are kept")
@@ -212,7 +216,9 @@ def main() -> None:
     for seed in range(chosen.first, chosen.first + chosen.count):
         if seed in done:
             continue
-        rows.append(judged(seed, with_clarabel=chosen.clarabel, flights=chosen.flights))
+        rows.append(
+            judged(seed, with_errors=chosen.errors, with_clarabel=chosen.clarabel, flights=chosen.flights)
+        )
         line = json.dumps(rows[-1])
         if chosen.out is not None:
             with chosen.out.open("a") as file:
