@@ -43,10 +43,8 @@ class LaunchLoop(Lead):
         cycle = scenario.guidance
         given = given_errors(scenario.name, scenario.uncertainty, "launch and engine")
         found = made(scenario, solve, None)
-        programme, meeting = (
-            programme_of(scenario.name, found, found.programme, "rendezvous"),
-            programme_of(scenario.name, found, found.meeting, "rendezvous"),
-        )
+        programme = programme_of(scenario.name, found, found.programme, "rendezvous")
+        meeting = programme_of(scenario.name, found, found.meeting, "rendezvous")
         apart_s = meeting.time_s / (cycle.corrections + 1)
         if cycle.lead_s >= apart_s:
             allowed = f"{cycle.corrections} corrections in {meeting.time_s:.4g} s are {apart_s:.4g} s apart; must be below that"
