@@ -14,6 +14,7 @@ from benchmarks.guidance import rendezvous
 from hw_model import HwModelError, load_partition, load_platform, parse_trace, speedup
 from hw_model.area.budget import budget
 from hw_model.area.engine import MOST
+from hw_model.errors import NoSuchEngineError
 from hw_model.timing.schedules import engine_of
 from hw_model.timing.unit_schedules import coarse_slices, exact_slices
 from orbsoc import Cones, Problem, PsScheduler
@@ -136,7 +137,7 @@ def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
 
 def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:
     machine = load_platform("zu9eg").with_value("pl.lanes", 17)
-    with pytest.raises(EngineError, match="`lanes` = 17"):
+    with pytest.raises(NoSuchEngineError, match="`pl.lanes` = 17"):
         speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
 
 
