@@ -137,7 +137,7 @@ def test_units_execute_the_operations_of_the_schedule_one_at_a_time(
 
 def test_an_engine_that_cannot_exist_is_refused(recorded: PsScheduler) -> None:
     machine = load_platform("zu9eg").with_value("pl.lanes", 17)
-    with pytest.raises(NoSuchEngineError, match="`pl.lanes` = 17"):
+    with pytest.raises(NoSuchEngineError, match=r"`pl\.lanes` = 17"):
         speedup(recorded.trace, machine, "paper", cycles=exact_cycles(recorded.patterns))
 
 
