@@ -78,7 +78,7 @@ route: $(INSTALLED) $(ROUTING) ## place and route the RTL, ROUTE=units or module
 	PATH=$(abspath $(BIN)):$$PATH PYTHONPATH=$(CURDIR) $(BIN)/python scripts/record_synthesis.py ultra
 
 guides: $(INSTALLED) $(TESTING) ## run every command that a guide gives in full, to its end (an hour and more)
-	ORBSOC_GUIDES=1 $(BIN)/pytest -n auto tests/site/test_commands_end.py
+	ORBSOC_GUIDES=1 $(BIN)/pytest -n auto tests/site/test_commands_end.py tests/site/test_hardware_tables.py
 
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
 	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked

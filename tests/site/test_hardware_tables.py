@@ -1,0 +1,81 @@
+"""Tables of the hardware guides are those of a run: times of rec1; with ORBSOC_GUIDES=1 (make guides) quantiles and every mission."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from hw_model import load_partition, load_platform, speedup
+from hw_model.report.quantiles import speedup_quantiles
+from orbsoc.hw.exact_cycles import exact_cycles
+from orbsoc.hw.workload import Workload, load_workload
+from tests.printed import NUMBER, near, shows
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = (ROOT / "docs" / "hardware-experiments.md").read_text(encoding="utf-8")
+LANES = (4, 8, 16)
+
+
+def rows(head: str) -> list[str]:
+    """The lines of the table whose head begins so, below its rule."""
+    lines = TEXT[TEXT.index(head) :].splitlines()
+    return [
+        one for one, _ in pairwise(lines[2 : 2 + next(k for k, line in enumerate(lines[2:]) if not line) + 1])
+    ]
+
+
+def numbers(text: str) -> list[str]:
+    return NUMBER.findall(text)
+
+
+@pytest.fixture(scope="module")
+def rec1() -> Workload:
+    return load_workload(ROOT / "scenarios" / "rec1.toml", "amd")
+
+
+def hold(stated: str, found: list[float]) -> None:
+    assert len(numbers(stated)) == len(found)
+    assert all(map(near, numbers(stated), [f"{value:.9g}" for value in found])), (stated, found)
+
+
+def test_times_of_the_partitions_on_three_engines(rec1: Workload) -> None:
+    cycles = exact_cycles(rec1.problems, (), rec1.settings)
+    for row in rows("| partition | 4 lanes"):
+        name, *cells = (cell.strip(" `") for cell in row.strip("|").split("|"))
+        for lanes, cell in zip(LANES, cells, strict=True):
+            machine = load_platform("zu9eg").with_values(
+                {"pl.lanes": lanes, "pl.clock_mhz": 150.0, "pl.dividers": 1}
+            )
+            report = speedup(rec1.trace, machine, name, cycles=cycles)
+            hold(cell, [report.makespan_ms.nominal, report.speedup.nominal])
+
+
+def test_bands(rec1: Workload) -> None:
+    cycles = exact_cycles(rec1.problems, (), rec1.settings)
+    for row in rows("| partition | price of the core"):
+        name, price, *cells = (cell.strip(" `") for cell in row.strip("|").split("|"))
+        machine = load_platform("zu9eg").with_value(
+            "ps.price",
+            {"operations": "flop_per_cycle", "executed instructions": "executed_instructions"}[price],
+        )
+        found = speedup(rec1.trace, machine, name, cycles=cycles).speedup
+        hold(" ".join(cells[:3]), [found.nominal, found.low, found.high, found.high / found.low])
+        if "ORBSOC_GUIDES" in os.environ:  # 300 runs a row
+            drawn = speedup_quantiles(rec1.trace, machine, load_partition(name), cycles=cycles, draws=300)
+            hold(cells[3], [drawn.low, drawn.nominal, drawn.high])
+
+
+@pytest.mark.skipif("ORBSOC_GUIDES" not in os.environ, reason="minutes: make guides")
+def test_every_mission(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "benchmarks.computer", "--out", str(tmp_path)]
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    made = [line for line in printed.splitlines() if re.match(r"\| (?!mission|---)", line)]
+    shown = rows("| mission | solves |")
+    assert len(shown) == 18
+    assert all(map(shows, shown, made[: len(shown)]))
