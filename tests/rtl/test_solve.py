@@ -131,12 +131,15 @@ def test_a_schedule_that_promises_other_cycles_is_noticed(monkeypatch: pytest.Mo
     image_of = rtl_solve._core.program_image
 
     class Promise:
+        """A program as it is, but for the cycles of one segment."""
+
         def __init__(self, *arguments: object) -> None:
-            image = image_of(*arguments)
-            self.templates, self.microcode = image.templates, image.microcode
-            self.literals, self.homes = image.literals, image.homes
-            start, cycles = image.entries["step_length"]
-            self.entries = image.entries | {"step_length": (start, cycles + 1)}
+            self.image = image_of(*arguments)
+            start, cycles = self.image.entries["step_length"]
+            self.entries = self.image.entries | {"step_length": (start, cycles + 1)}
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(self.image, name)
 
     monkeypatch.setattr(rtl_solve._core, "program_image", Promise)
     outcome = small()
