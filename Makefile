@@ -33,7 +33,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL: # pip installs into one environment; compilers use all cores by themselves
-.PHONY: help demo test check lint docs bench results units area route guides fuzz memcheck lock clean FORCE
+.PHONY: help demo test check lint docs bench results units area route long fuzz memcheck lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -77,8 +77,8 @@ route: $(INSTALLED) $(ROUTING) ## place and route the RTL, ROUTE=units or module
 	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_route $(ROUTE)
 	PATH=$(abspath $(BIN)):$$PATH PYTHONPATH=$(CURDIR) $(BIN)/python scripts/record_synthesis.py ultra
 
-guides: $(INSTALLED) $(TESTING) ## run every command that a guide gives in full, to its end (an hour and more)
-	ORBSOC_GUIDES=1 $(BIN)/pytest -n auto tests/site/test_commands_end.py tests/site/test_hardware_tables.py
+long: $(INSTALLED) $(TESTING) ## the tests that take minutes each (tests/long.py), every command of the guides among them
+	$(BIN)/pytest -n auto --long
 
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
 	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked

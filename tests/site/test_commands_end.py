@@ -1,6 +1,6 @@
-"""Every command that a guide gives in full runs to its end and exits as the page says: an hour and more, so only with ORBSOC_GUIDES=1.
+"""Every command that a guide gives in full runs to its end and exits as the page says: an hour and more, so only by `make long`.
 
-`make guides` runs it before a release. Tutorials and how-to pages are run in each suite (test_pages.py); that the command line takes
+ Tutorials and how-to pages are run in each suite (test_pages.py); that the command line takes
 all others is tested there, too (test_guides.py). The commands of a page run in order, in one folder: some go on from those before.
 """
 
@@ -67,7 +67,6 @@ def run(command: str, folder: Path) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.skipif("ORBSOC_GUIDES" not in os.environ, reason="an hour and more: make guides")
 @pytest.mark.parametrize("page", FULL, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_commands_of_a_page_end_as_it_says(page: Path, tmp_path: Path) -> None:
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")

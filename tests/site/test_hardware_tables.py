@@ -1,17 +1,18 @@
-"""Tables of the hardware guides are those of a run: times of rec1; with ORBSOC_GUIDES=1 (make guides) quantiles and every mission."""
+"""Tables of the hardware guides are those of a run: times of rec1; by `make long` quantiles and every mission."""
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from hw_model import load_partition, load_platform, speedup
+from hw_model.platform.platform import Platform
 from hw_model.report.quantiles import speedup_quantiles
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.hw.workload import Workload, load_workload
@@ -56,22 +57,28 @@ def test_times_of_the_partitions_on_three_engines(rec1: Workload) -> None:
             hold(cell, [report.makespan_ms.nominal, report.speedup.nominal])
 
 
-def test_bands(rec1: Workload) -> None:
-    cycles = exact_cycles(rec1.problems, (), rec1.settings)
+def band_rows() -> Iterator[tuple[str, Platform, list[str]]]:
+    """Partition, device and cells of each row of the second table."""
+    prices = {"operations": "flop_per_cycle", "executed instructions": "executed_instructions"}
     for row in rows("| partition | price of the core"):
         name, price, *cells = (cell.strip(" `") for cell in row.strip("|").split("|"))
-        machine = load_platform("zu9eg").with_value(
-            "ps.price",
-            {"operations": "flop_per_cycle", "executed instructions": "executed_instructions"}[price],
-        )
+        yield name, load_platform("zu9eg").with_value("ps.price", prices[price]), cells
+
+
+def test_bands(rec1: Workload) -> None:
+    cycles = exact_cycles(rec1.problems, (), rec1.settings)
+    for name, machine, cells in band_rows():
         found = speedup(rec1.trace, machine, name, cycles=cycles).speedup
         hold(" ".join(cells[:3]), [found.nominal, found.low, found.high, found.high / found.low])
-        if "ORBSOC_GUIDES" in os.environ:  # 300 runs a row
-            drawn = speedup_quantiles(rec1.trace, machine, load_partition(name), cycles=cycles, draws=300)
-            hold(cells[3], [drawn.low, drawn.nominal, drawn.high])
 
 
-@pytest.mark.skipif("ORBSOC_GUIDES" not in os.environ, reason="minutes: make guides")
+def test_quantiles(rec1: Workload) -> None:
+    cycles = exact_cycles(rec1.problems, (), rec1.settings)
+    for name, machine, cells in band_rows():
+        drawn = speedup_quantiles(rec1.trace, machine, load_partition(name), cycles=cycles, draws=300)
+        hold(cells[3], [drawn.low, drawn.nominal, drawn.high])
+
+
 def test_every_mission(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "benchmarks.computer", "--out", str(tmp_path)]
     printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout

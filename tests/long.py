@@ -1,0 +1,45 @@
+"""What `make test` leaves to `make long`: repetitions, in minutes, of what a quicker test of the same file holds.
+
+Each is a pattern of a test's name, by file; a pattern that matches nothing ends the run. Drawn cases are split by their seed.
+"""
+
+from __future__ import annotations
+
+import re
+
+LONG: dict[str, tuple[str, ...]] = {
+    "site/test_commands_end.py": ("test_the_commands_of_a_page_end_as_it_says",),
+    "site/test_hardware_tables.py": ("test_quantiles", "test_every_mission"),
+    # `run`, `budget`, `trace`, `throughput`, `calibrate` and the PS alone remain.
+    "integration/test_ignored_keys.py": (
+        r"\[(explain|precision|partition|budget by the estimate|budget of nothing)\]",
+        r"\[trace (with polling|with two cores|of a trace's estimate)\]",
+    ),
+    # One of each kind of end remains: after two tries the core, and a second try on the PL.
+    "soc/test_faults.py": (r"fault_stays\[(interrupt|reset|clock)", r"goes_away\[(memories|clock)"),
+    # Flat programs, a freezing decoder and clusters keep a mutant each.
+    "rtl/test_mutations.py": (
+        "divider counts on while the decoder freezes", "opening of a header believed", "adder one cycle longer",
+        "results leave for the next cluster", "one cluster's word given to all importers", "divider reserved a cycle short",
+        "addresses stepped one too far", "counter two cycles ahead", "runs of empty words one too long",
+    ),
+    "rtl/test_resident.py": (r"single, ", r"stalls twice, compressed", "a_stop_bit_that_is_not_read"),
+    "rtl/test_route.py": (r"\[ecp5_85_8-fp_add\]",),
+    "integration/test_cli_reach.py": ("while_figures_are_drawn", "what_no_report_leaves_out", "a_killed_sweep"),
+    "integration/test_cli_reach_restricted.py": (r"\[perigee at its bound\]", r"\[altitude, perigee at its bound\]"),
+    "integration/test_cli_hw.py": ("the_opening_figure_of_the_docs",),
+    "missions/reachable_insertion/two_burns/test_known_missions.py": (r"no_longer\[(1[5-9]|[23]\d)\]",),
+    "missions/reachable_insertion/two_burns/test_known_pairs.py": (r"-(8|9|1\d)\]",),
+    "missions/reachable_insertion/test_bounded_search.py": (r"\[plane-5.0\]",),
+    "missions/passive_safety/test_claims.py": (r"\[(8|9|1\d)\]",),
+    "missions/fly_around/test_report.py": ("cycle_budget_of_the_fewest",),
+    "missions/test_verdict_lines_of_all.py": (r"\[rec1-[02]\]",),
+    "flight/test_export.py": (r"other_machines\[32-",),
+    "flight/test_tables.py": (r"own_list\[(infeasible|quadratic)\]",),
+}  # fmt: skip
+
+
+def pattern_of(name: str) -> tuple[str, str] | None:
+    """The file and pattern by which the test of that name is a long one."""
+    path, _, rest = name.removeprefix("tests/").partition("::")
+    return next(((path, each) for each in LONG.get(path, ()) if re.search(each, rest)), None)
