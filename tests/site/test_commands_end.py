@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from .test_guides import CASES, ROOT
+from .test_guides import CASES, ROOT, is_complete
 from .test_pages import PAGES as RUN_IN_EACH_SUITE
 
 LONGEST_S = 1800.0
@@ -33,8 +33,7 @@ ELSEWHERE = {
 
 
 def is_given_in_full(command: str) -> bool:
-    words = shlex.split(command)
-    return len(words) > 2 and not any(map(UNKNOWN.search, words))
+    return is_complete(command) and not any(map(UNKNOWN.search, shlex.split(command)))
 
 
 FULL = {
@@ -69,7 +68,8 @@ def run(command: str, folder: Path) -> tuple[int, str]:
 
 @pytest.mark.parametrize("page", FULL, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_commands_of_a_page_end_as_it_says(page: Path, tmp_path: Path) -> None:
-    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    for name in ("scenarios", "rtl"):
+        (tmp_path / name).symlink_to(ROOT / name)
     ends = {}
     for command in FULL[page]:
         prepare(command, tmp_path)

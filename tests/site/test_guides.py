@@ -48,20 +48,33 @@ def commands_of(text: str) -> list[str]:
     return [*found, *(" ".join(each.split()) for each in INLINE.findall(prose))]
 
 
-def refusal(command: str) -> str:
-    """Why the command line would not take a command; empty where it would."""
+def split(command: str) -> tuple[list[str], Any, list[str]]:
+    """The path to the command that a line names, the command, and the words after it."""
     words = [PLACEHOLDER.sub("4", word.strip("[]")) for word in shlex.split(command)[1:]]
-    if "…" in command or not words:
-        return ""
     current: Any = COMMANDS
     path = ["orbsoc"]
-    while words and hasattr(current, "commands") and not words[0].startswith("-"):
+    while words and words[0] in getattr(current, "commands", ()):
         path.append(words.pop(0))
-        if path[-1] not in current.commands:
-            return f"{' '.join(path)}: no such command"
         current = current.commands[path[-1]]
-    if hasattr(current, "commands") or not words:
-        return ""  # a command that is named, not given
+    return path, current, words
+
+
+def is_complete(command: str) -> bool:
+    """Whether a command has all that it needs, rather than being named."""
+    path, current, words = split(command)
+    try:
+        return bool(words) and bool(current.make_context(path[-1], words))
+    except (TyperException, typer.Exit):
+        return False
+
+
+def refusal(command: str) -> str:
+    """Why the command line would not take a command; empty where it would."""
+    path, current, words = split(command)
+    if "…" in command or not words:
+        return ""
+    if hasattr(current, "commands"):
+        return "" if words[0].startswith("-") else f"{' '.join([*path, words[0]])}: no such command"
     try:
         context = current.make_context(path[-1], list(words), resilient_parsing=False)
     except typer.Exit:
