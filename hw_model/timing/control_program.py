@@ -34,6 +34,8 @@ RUN_CYCLES = 3
 """PL cycles of the operation control beside a segment: fetch, check and start, and the end noticed."""
 FLAG_CYCLES = 7
 """PL cycles in which it reads a flag from the storage and branches."""
+END_CYCLES, LAUNCH_CYCLES = 2, 1
+"""PL cycles of the end of an attempt; and beside a segment that the processing system launches."""
 
 
 class Instruction(NamedTuple):

@@ -172,6 +172,7 @@ module axi_engine #(
       .template_write(template_write),
       .template_address(template_address),
       .template_word(template_word),
+      .irq(irq),
       .busy(busy),
       .cycles(cycles)
   );

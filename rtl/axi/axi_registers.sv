@@ -1,5 +1,5 @@
 // From the AXI4-Lite slave to the register bus: each write and each read reaches it once, from registers, one at a time.
-// Six registers are the wrapper's own. Between accesses the bus stays at STATUS, which has no effect and shows whether the
+// Eight registers are the wrapper's own. Between accesses the bus stays at STATUS, which has no effect and shows whether the
 // engine runs; a write waits until the memories are quiet, and the memories until it is done and the engine's state known.
 module axi_registers #(
     parameter logic [31:0] ENGINE_WORD = 32'd0,
@@ -23,6 +23,7 @@ module axi_registers #(
     output logic [15:0] bus_address,
     output logic [31:0] bus_value,
     input logic [31:0] bus_answer,
+    input logic irq,
     input logic busy,
     input logic [31:0] cycles,
     input logic [31:0] digest,
@@ -39,21 +40,47 @@ module axi_registers #(
   localparam logic [15:0] CYCLES = 16'h300C;
   localparam logic [15:0] IDENTITY = 16'h3010;
   localparam logic [15:0] DIGEST = 16'h3014;
+  localparam logic [15:0] LIMIT = 16'h3018;
+  localparam logic [15:0] SPENT = 16'h301C;
+  localparam logic [3:0] CYCLE_LIMIT = 4'd9;
 
   logic resetting, reading, own, idle, known, last_write, take_write, take_read, own_address, reset_address, kept_address;
-  logic [31:0] own_value;
-  assign idle = !bus_write && !reading && !resetting && !engine_reset;
+  logic restart, over, hold, tell, stopped;
+  logic [31:0] own_value, limit, spent;
+  assign idle = !bus_write && !bus_read && !reading && !resetting && !engine_reset && !over;
   assign open = idle && known && !write_wanted;
   assign take_write = idle && write_wanted && quiet && !(read_wanted && last_write);
   assign take_read = idle && read_wanted && !take_write;
   assign reset_address = write_address == RESET;
-  assign kept_address = reset_address || write_address == DIGEST;
+  assign kept_address = reset_address || write_address == DIGEST || write_address == LIMIT;
+  assign restart = take_write && reset_address && write_value[0];
   assign clear_digest = take_write && write_address == DIGEST;
   assign own_address = read_address == ENGINE || read_address == SIZES || read_address == CYCLES
-      || read_address == IDENTITY || read_address == DIGEST;
+      || read_address == IDENTITY || read_address == DIGEST || read_address == LIMIT || read_address == SPENT;
   assign write_done = take_write;
   assign read_done = reading;
-  assign read_value = own ? own_value : bus_answer;
+  always_comb begin
+    read_value = own ? own_value : bus_answer;
+    if (stopped && !own && bus_address == STATUS) read_value[11:8] = CYCLE_LIMIT;
+  end
+
+  axi_limit launch_limit (
+      .clock(clock),
+      .reset(reset),
+      .set(take_write && write_address == LIMIT),
+      .value(write_value),
+      .restart(restart),
+      .limit(limit),
+      .spent(spent),
+      .is_status(bus_address == STATUS),
+      .status_busy(bus_answer[0]),
+      .irq(irq),
+      .engine_reset(engine_reset),
+      .over(over),
+      .hold(hold),
+      .tell(tell),
+      .stopped(stopped)
+  );
 
   always_ff @(posedge clock) begin
     if (reset) begin
@@ -65,16 +92,16 @@ module axi_registers #(
       known <= 1'b0;
       last_write <= 1'b0;
     end else begin
-      resetting <= take_write && reset_address && write_value[0];
-      engine_reset <= resetting || (take_write && reset_address && write_value[0]);
+      resetting <= restart;
+      engine_reset <= resetting || restart || hold;
       bus_write <= take_write && !kept_address;
-      bus_read <= take_read && !own_address;
+      bus_read <= (take_read && !own_address) || tell;
       reading <= take_read;
       known <= idle;
       if (take_write || take_read) last_write <= take_write;
     end
     // STATUS wherever the engine takes no access, also in the clock after one to the wrapper's own.
-    bus_address <= (take_write && !kept_address) ? write_address : (take_read && !own_address) ? read_address : STATUS;
+    bus_address <= (take_write && !kept_address) ? write_address : (take_read && !own_address) ? read_address : tell ? LIMIT : STATUS;
     bus_value <= write_value;
     own <= own_address;
     case (read_address)
@@ -82,6 +109,8 @@ module axi_registers #(
       SIZES: own_value <= SIZES_WORD;
       IDENTITY: own_value <= IDENTITY_WORD;
       DIGEST: own_value <= digest;
+      LIMIT: own_value <= limit;
+      SPENT: own_value <= spent;
       default: own_value <= cycles;
     endcase
     if (idle) running <= bus_answer[0] || busy;

@@ -79,6 +79,7 @@ module axi_slaves #(
     output logic template_write,
     output logic [contract::TEMPLATE_BITS-1:0] template_address,
     output logic [TEMPLATE_WIDTH-1:0] template_word,
+    input logic irq,
     input logic busy,
     input logic [31:0] cycles
 );
@@ -150,6 +151,7 @@ module axi_slaves #(
       .bus_address(bus_address),
       .bus_value(bus_value),
       .bus_answer(bus_answer),
+      .irq(irq),
       .busy(busy),
       .cycles(cycles),
       .digest(digest),

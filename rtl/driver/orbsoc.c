@@ -255,6 +255,14 @@ orbsoc_pl_error orbsoc_pl_launch_attempt(orbsoc_pl *pl, const orbsoc_pl_attempt 
   return ORBSOC_PL_OK;
 }
 
+orbsoc_pl_error orbsoc_pl_limit(orbsoc_pl *pl, uint32_t clocks) {
+  write_register(pl, ORBSOC_REG_LIMIT, clocks);
+  if (read_register(pl, ORBSOC_REG_LIMIT) != clocks && !pl->bus_errors) return ORBSOC_PL_LOST_WRITE;
+  return bus(pl);
+}
+
+uint32_t orbsoc_pl_spent(const orbsoc_pl *pl) { return read_register(pl, ORBSOC_REG_SPENT); }
+
 orbsoc_pl_error orbsoc_pl_stop(orbsoc_pl *pl) {
   if (!pl->out) return ORBSOC_PL_NOT_AT_REST;
   if (!FIELD(pl->engine, ORBSOC_ENGINE_RESIDENT)) return ORBSOC_PL_OUT_OF_RANGE;

@@ -49,6 +49,7 @@ typedef enum {
   ORBSOC_PL_WRONG_SEQUENCE = ORBSOC_FAULT_WRONG_SEQUENCE,
   ORBSOC_PL_READ_BEFORE_VALID = ORBSOC_FAULT_READ_BEFORE_VALID,
   ORBSOC_PL_INVALID_ACCESS = ORBSOC_FAULT_INVALID_ACCESS,
+  ORBSOC_PL_CYCLE_LIMIT = ORBSOC_FAULT_CYCLE_LIMIT, /* a launch was busy for more clocks than orbsoc_pl_limit allows */
   /* What the driver finds. */
   ORBSOC_PL_LOST_INTERRUPT = 16, /* the segment finished, but its interrupt did not arrive within the budget */
   ORBSOC_PL_LAUNCH_TIMEOUT = 17, /* neither an interrupt nor the end within the budget */
@@ -155,6 +156,13 @@ orbsoc_pl_error orbsoc_pl_publish(orbsoc_pl *pl, uint32_t number, const orbsoc_p
 /* Start a segment, or an attempt under resident control; neither waits. */
 orbsoc_pl_error orbsoc_pl_launch(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment);
 orbsoc_pl_error orbsoc_pl_launch_attempt(orbsoc_pl *pl, const orbsoc_pl_attempt *attempt);
+
+/* Let the PL stop a launch that is busy for more than `clocks` of its own: ORBSOC_PL_CYCLE_LIMIT, told by the interrupt. 0: no limit.
+ * It holds from now on, over resets as well. LOST_WRITE: the register does not have it, or the PL has none. */
+orbsoc_pl_error orbsoc_pl_limit(orbsoc_pl *pl, uint32_t clocks);
+
+/* Clocks for which the launch that runs, or ran last, was busy, by the counter behind the limit. */
+uint32_t orbsoc_pl_spent(const orbsoc_pl *pl);
 
 /* Ask a running attempt to end at its next decision. */
 orbsoc_pl_error orbsoc_pl_stop(orbsoc_pl *pl);

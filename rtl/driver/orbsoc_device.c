@@ -20,9 +20,11 @@ static uint32_t restart(void *context, uint32_t reload) {
   orbsoc_pl_error found;
   if (reload != 0u) {
     found = orbsoc_pl_open(pl, device->registers, device->memories, ORBSOC_PL_BUFFERS);
+    found = (found == ORBSOC_PL_OK) ? orbsoc_pl_limit(pl, device->limit) : found;
     return (uint32_t)((found == ORBSOC_PL_OK) ? orbsoc_pl_load(pl, device->parts->image) : found);
   }
   found = orbsoc_pl_reset(pl);
+  found = (found == ORBSOC_PL_OK) ? orbsoc_pl_limit(pl, device->limit) : found;
   return (uint32_t)((found == ORBSOC_PL_OK) ? orbsoc_pl_load_tables(pl, device->parts->image) : found);
 }
 
@@ -86,13 +88,14 @@ orbsoc_error orbsoc_pl_attach(orbsoc_solver *solver, orbsoc_pl_device *device, c
   device->registers = registers;
   device->memories = memories;
   device->polls = ORBSOC_PL_POLLS;
+  device->limit = parts->limit;
   return orbsoc_attach(solver, parts->partition, &hook);
 }
 
 const char *orbsoc_pl_event_name(uint32_t event) {
   static const char *const names[] = {
       "none", "launch while busy", "unacknowledged interrupt", "spurious acknowledge", "write out of order",
-      "wrong segment", "wrong sequence", "read before valid", "invalid access"};
+      "wrong segment", "wrong sequence", "read before valid", "invalid access", "cycle limit"};
   static const char *const found[] = {"lost interrupt", "launch timeout", "lost write", "wrong engine", "out of range",
                                       "not at rest", "bus error", "wrong program"};
   if (event < sizeof names / sizeof names[0]) return names[event];

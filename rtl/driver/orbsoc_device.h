@@ -17,15 +17,16 @@ typedef struct {
   const orbsoc_pl_attempt *cold, *warm; /* null pointers without resident control */
   const orbsoc_pl_buffer *buffers;      /* in the order of their flags */
   const uint8_t *flag;                  /* of each buffer by the flight library's number */
+  uint32_t limit;                       /* the most clocks of the PL that a launch can be busy */
 } orbsoc_pl_parts;
 
-/* One PL with its program. `polls` and `patience` may be changed before a solve: reads of STATUS between two questions of
- * the solver's clock, and how many such rounds a launch may take. */
+/* One PL with its program. `polls`, `patience` and `limit` may be changed before a solve: reads of STATUS between two questions of
+ * the solver's clock, how many such rounds a launch may take, and how many clocks of the PL (0: any number). */
 typedef struct {
   orbsoc_pl pl;
   const orbsoc_pl_parts *parts;
   uintptr_t registers, memories;
-  uint32_t polls;
+  uint32_t polls, limit;
 } orbsoc_pl_device;
 
 #define ORBSOC_PL_POLLS 1000u

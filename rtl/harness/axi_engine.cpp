@@ -4,6 +4,7 @@
 //   image_identity WORD | image_digest WORD     ok       of the image
 //   load                               ERROR    of the image
 //   publish NUMBER | launch NUMBER | attempt ENTRY CLOSING WRITTEN | stop | rest      ERROR
+//   limit CLOCKS                       ERROR    decimal
 //   poll BUDGET                        ERROR    decimal
 //   interrupt CLOCKS                   ERROR    clock until the line is up, at most that often, then the handler; decimal
 //   bursts SEED SIZE                   COUNT CLOCKS CLOCKS    fill storage by bursts of 16 beats of 2^SIZE bytes, read it back at
@@ -47,6 +48,7 @@ class DriverSession : public Session<AxiComputer> {
     if (command == "stop") return error(orbsoc_pl_stop(&computer.pl));
     if (command == "rest") return error(orbsoc_pl_require_rest(&computer.pl));
     uint64_t first = 0;
+    if (command == "limit") return (words >> first) && error(orbsoc_pl_limit(&computer.pl, uint32_t(first)));
     if (command == "poll") return (words >> first) && error(orbsoc_pl_poll(&computer.pl, uint32_t(first)));
     if (command == "interrupt") return (words >> first) && interrupt(first);
     if (command == "bursts") return (words >> first) && bursts(uint32_t(first), words);

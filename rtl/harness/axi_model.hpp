@@ -1,6 +1,7 @@
 // What the slaves face on their other side, and what bursts should do there: an engine's ports with their timing rules, and
 // a plain model of words in pieces of 32 bits.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -118,11 +119,12 @@ class EngineModel {
     return clock < busy_until && clock >= began && (clock >= status_until || (clock - began) % 16 < 12);
   }
   bool running(uint64_t clock) const { return status_busy(clock) || busy(clock); }
+  bool irq(uint64_t clock) const { return faulty || (began && clock >= began && !status_busy(clock)); }
 
   void bus_write(uint16_t address, uint32_t value, uint64_t clock) {
     if (clock < last_write + SETTLE_CLOCKS || clock < last_read + READ_CLOCKS) fault("a register write before the memories were quiet", clock);
     writes.emplace_back(address, value, clock);
-    if (address == ORBSOC_REG_CONTROL && value == 1 && !running(clock)) {
+    if (address == ORBSOC_REG_CONTROL && value == 1 && !running(clock) && !faulty) {
       began = clock + 1;
       status_until = began + 10 + random() % 150;
       busy_until = random() % 4 ? status_until : status_until + random() % 10;
@@ -132,6 +134,13 @@ class EngineModel {
       }
     }
   }
+  // A reset ends what runs; the read of an unknown address, by which the wrapper stops a launch behind one, is a fault.
+  void reset(uint64_t clock) {
+    status_until = std::min(status_until, clock + 1);
+    busy_until = std::min(busy_until, clock + 1);
+    faulty = false;
+  }
+  void fault_of_access() { faulty = true; }
   void bus_read(uint16_t address, uint32_t value, uint64_t clock) { reads.emplace_back(address, value, clock); }
 
   void host_write(uint64_t address, uint64_t word, uint64_t clock) {
@@ -191,4 +200,5 @@ class EngineModel {
   std::map<uint64_t, std::pair<uint64_t, uint64_t>> landing;
   std::map<uint64_t, uint64_t> arriving;
   uint64_t last_write = 0, last_read = 0, began = 0, status_until = 0, busy_until = 0;
+  bool faulty = false;
 };

@@ -38,12 +38,15 @@ module axi_rules #(
     input logic [31:0] answer,
     input logic [63:0] host_value,
     input logic status_busy,
+    input logic irq,
     input logic busy,
     input logic [31:0] cycles
 );
   localparam logic [15:0] STATUS = 16'h0010;
   localparam logic [15:0] RESET = 16'h3000;
   localparam logic [15:0] DIGEST = 16'h3014;
+  localparam logic [15:0] LIMIT = 16'h3018;
+  localparam logic [3:0] CYCLE_LIMIT = 4'd9;
 
   logic reset = 1'b1;
   always_ff @(posedge clock) reset <= 1'b0;
@@ -145,7 +148,7 @@ module axi_rules #(
   logic [15:0] address_0, address_1;
   logic [31:0] value_0, value_1;
   logic whole_0, whole_1, seen, forwarded;
-  assign forwarded = whole_0 && address_0 != RESET && address_0 != DIGEST;
+  assign forwarded = whole_0 && address_0 != RESET && address_0 != DIGEST && address_0 != LIMIT;
   always_ff @(posedge clock) begin
     if (reset) {addresses, datas, seen} <= '0;
     else begin
@@ -164,22 +167,27 @@ module axi_rules #(
     end
   end
 
-  // Register reads: each reaches the bus at most once, with its address; what the bus answered is what comes back.
+  // Register reads: each reaches the bus at most once, with its address; what the bus answered is what comes back, but for the
+  // fault in STATUS once a launch was stopped. That is a read of LIMIT on the bus, which no master's reaches, behind a reset.
   logic [1:0] read_count;
   logic [15:0] read_0, read_1;
-  logic read_seen;
+  logic read_seen, asked_read, told, was_reset;
   logic [31:0] read_answer;
+  assign asked_read = bus_read && bus_address != LIMIT;
   always_ff @(posedge clock) begin
-    if (reset) {read_count, read_seen} <= '0;
+    was_reset <= engine_reset;
+    if (reset) {read_count, read_seen, told} <= '0;
     else begin
       read_count <= read_count + 2'(lite_ar) - 2'(lite_r);
       if (lite_r) read_0 <= read_1;
       if (lite_ar && read_count - 2'(lite_r) == 2'd0) read_0 <= lite_araddr;
       if (lite_ar) read_1 <= lite_araddr;
-      read_seen <= (read_seen || bus_read) && !lite_r;
-      if (bus_read) read_answer <= bus_answer;
+      if (engine_reset || bus_read && bus_address == LIMIT) told <= !engine_reset;
+      if (bus_read && bus_address == LIMIT) assert (was_reset && !engine_reset);
+      read_seen <= (read_seen || asked_read) && !lite_r;
+      if (asked_read) read_answer <= told && bus_address == STATUS ? {bus_answer[31:12], CYCLE_LIMIT, bus_answer[7:0]} : bus_answer;
       assert (read_count != 2'd3 && !(bus_read && bus_write));
-      if (bus_read) assert (read_count != '0 && !read_seen && bus_address == read_0);
+      if (asked_read) assert (read_count != '0 && !read_seen && bus_address == read_0);
       if (lite_rvalid) assert (read_count != '0 && (!read_seen || lite_rdata == read_answer));
       if (lite_rvalid && read_0[15:5] != 11'h180) assert (read_seen);  // the wrapper's own
     end

@@ -6,6 +6,7 @@
 //   A burst that is not refused writes its words once, in order, and nothing else; reads see what was answered before.
 //   A burst that meets the engine idle all the time is taken, one that meets it running is refused without effect.
 //   While a register read waits, few register writes go before it.
+//   A launch is stopped in its first clock beyond LIMIT, and no other; SPENT counts its clocks.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -21,8 +22,9 @@ namespace {
 
 using Built = Vaxi_slaves_axi_slaves;
 constexpr uint16_t RESET = ORBSOC_REG_RESET, ENGINE = ORBSOC_REG_ENGINE, SIZES = ORBSOC_REG_SIZES, CYCLES = ORBSOC_REG_CYCLES,
-                   IDENTITY = ORBSOC_REG_IDENTITY, DIGEST = ORBSOC_REG_DIGEST;
+                   IDENTITY = ORBSOC_REG_IDENTITY, DIGEST = ORBSOC_REG_DIGEST, LIMIT = ORBSOC_REG_LIMIT, SPENT = ORBSOC_REG_SPENT;
 constexpr uint32_t ENGINE_WORD = 0x01010184, SIZES_WORD = 0x12345678, IDENTITY_WORD = 0x23456789, SLVERR = 2;
+constexpr uint32_t LIMIT_FAULT = ORBSOC_FAULT_CYCLE_LIMIT << ORBSOC_STATUS_FAULT_SHIFT;
 constexpr uint64_t LAG = 4;       // clocks after the engine's end in which it may still count as running
 constexpr uint64_t PATIENCE = 3000;  // clocks without an answer that is owed
 constexpr uint32_t OVERTAKING = 2;   // register writes that may go before a read: one on its way, and one in turn
@@ -135,15 +137,16 @@ class Traffic {
     if (lite_address.size() + lite_data.size() < 6 && chance(create_rate)) {
       LiteWrite w{uint16_t(below(0x2000) & (below(4) ? ~3u : ~0u)), draw(), 15};
       if (chance(launch_rate)) w = {ORBSOC_REG_CONTROL, 1, 15};
-      else if (chance(0.03)) w = {chance(0.3) ? DIGEST : RESET, draw(), 15};
+      else if (chance(0.06)) w = {chance(0.2) ? DIGEST : RESET, draw(), 15};
+      else if (chance(0.06)) w = {LIMIT, below(3) ? 5 + below(100) : 0, 15};
       if (chance(0.1)) w.strobes = uint8_t(below(15));
       lite_address.push_back(w);
       lite_data.push_back(w);
       lite_writes.push_back(w);
     }
     if (lite_reads.size() < 3 && chance(create_rate)) {
-      const uint16_t places[] = {ORBSOC_REG_STATUS, ORBSOC_REG_STATUS, ENGINE, SIZES, CYCLES, IDENTITY, DIGEST, uint16_t(below(0x10000))};
-      lite_read_address.push_back(places[below(8)]);
+      const uint16_t places[] = {ORBSOC_REG_STATUS, ORBSOC_REG_STATUS, ENGINE, SIZES, CYCLES, IDENTITY, DIGEST, LIMIT, SPENT, uint16_t(below(0x10000))};
+      lite_read_address.push_back(places[below(10)]);
       lite_reads.push_back(lite_read_address.back());
     }
     if (writes.size() < 4 && chance(create_rate)) {
@@ -251,6 +254,7 @@ class Traffic {
     dut.lite_rready = chance(take[1]);
     dut.bready = chance(take[2]);
     dut.rready = chance(take[3]);
+    dut.irq = engine.irq(now);
     dut.busy = engine.busy(now);
     dut.cycles = uint32_t(now);
     dut.host_value = engine.host_value(now);
@@ -262,6 +266,8 @@ class Traffic {
     dut.eval();
     dut.bus_answer = engine.answer(dut.bus_address, now);
     dut.eval();
+    for (const LiteWrite &w : lite_writes)
+      if (w.address == LIMIT) limit_changed_at = now;
     watch_engine();
     running_at[now] = engine.running(now);
     lite.see({bool(dut.lite_awvalid), bool(dut.lite_awready), bool(dut.lite_wvalid), bool(dut.lite_wready), true,
@@ -288,6 +294,25 @@ class Traffic {
   void watch_engine() {
     const bool any = dut.bus_write || dut.bus_read || dut.host_write || dut.host_read || dut.code_write || dut.template_write;
     if (dut.engine_reset && any) fault("an access while the engine is reset");
+    const uint32_t busy_before = busy_clocks;
+    busy_clocks = engine.status_busy(now) && !dut.engine_reset ? busy_clocks + 1 : 0;
+    if (busy_clocks == 1) launched_at = now;
+    spent_at[now] = spent;
+    if (busy_clocks) spent = busy_clocks;
+    const bool sure = limit_changed_at < launched_at;
+    if (limit && sure && busy_clocks > limit + 1) fault("a launch goes on beyond its limit");
+    if (dut.engine_reset && !was_reset) {
+      stopped_after = busy_before;
+      engine.reset(now);
+      stopped = false;
+    }
+    if (dut.bus_read && dut.bus_address == LIMIT) {
+      if (sure && (limit == 0 || stopped_after != limit + 1)) fault("a launch stopped after " + std::to_string(stopped_after) + " clocks");
+      ++resets_wanted;
+      ++done["launches stopped by their limit"];
+      stopped = true;
+      engine.fault_of_access();
+    }
     if (dut.engine_reset && !was_reset && now > 110) ++resets;
     if (was_reset && !dut.engine_reset && now - reset_since < 2) fault("a reset of one clock");
     if (dut.engine_reset && !was_reset) reset_since = now;
@@ -297,7 +322,8 @@ class Traffic {
     if (dut.bus_write) engine.bus_write(dut.bus_address, dut.bus_value, now);
     if (lite_asked.empty() || dut.lite_rvalid) overtaken = 0;
     else if (dut.bus_write && ++overtaken > OVERTAKING) fault("register writes before a read that waits");
-    if (dut.bus_read) engine.bus_read(dut.bus_address, dut.bus_answer, now);
+    if (dut.bus_read && dut.bus_address != LIMIT)
+      engine.bus_read(dut.bus_address, stopped && dut.bus_address == ORBSOC_REG_STATUS ? (dut.bus_answer & ~ORBSOC_STATUS_FAULT_MASK) | LIMIT_FAULT : dut.bus_answer, now);
     if (dut.host_write) {
       engine.host_write(dut.host_address, dut.host_word, now);
       commit(STORAGE, dut.host_address, dut.host_word);
@@ -338,7 +364,8 @@ class Traffic {
     if (dut.lite_bvalid && dut.lite_bready && !lite_writes.empty()) {
       const LiteWrite w = lite_writes.front();
       lite_writes.pop_front();
-      const bool whole = w.strobes == 15, forwarded = whole && w.address != RESET && w.address != DIGEST;
+      const bool whole = w.strobes == 15, forwarded = whole && w.address != RESET && w.address != DIGEST && w.address != LIMIT;
+      if (whole && w.address == LIMIT) limit = w.value;
       if ((dut.lite_bresp == SLVERR) == whole) fault("a register write's response");
       if (whole && w.address == RESET && (w.value & 1)) ++resets_wanted;
       if (forwarded) {
@@ -349,7 +376,7 @@ class Traffic {
       } else if (engine.writes.size() != lite_taken) {
         fault("a register write on the bus that must not be there");
       }
-      answered(!whole ? "register writes with strobes missing" : forwarded ? "register writes" : w.address == RESET ? "writes to RESET" : "writes to DIGEST");
+      answered(!whole ? "register writes with strobes missing" : forwarded ? "register writes" : w.address == RESET ? "writes to RESET" : w.address == LIMIT ? "writes to LIMIT" : "writes to DIGEST");
     }
     if (dut.lite_rvalid && dut.lite_rready && !lite_reads.empty() && !lite_asked.empty()) {
       const uint16_t address = lite_reads.front();
@@ -357,10 +384,12 @@ class Traffic {
       lite_reads.pop_front();
       lite_asked.pop_front();
       if (dut.lite_rresp != 0) fault("a register read's response");
-      const bool own = address == ENGINE || address == SIZES || address == CYCLES || address == IDENTITY || address == DIGEST;
+      const bool own = address == ENGINE || address == SIZES || address == CYCLES || address == IDENTITY || address == DIGEST || address == LIMIT || address == SPENT;
       if (own) {
         const uint32_t word = address == ENGINE ? ENGINE_WORD : address == SIZES ? SIZES_WORD : IDENTITY_WORD;
         if (address == DIGEST) digest = dut.lite_rdata;
+        else if (address == LIMIT) limit_read(dut.lite_rdata, asked);
+        else if (address == SPENT) spent_read(dut.lite_rdata, asked);
         else if (address == CYCLES ? dut.lite_rdata < asked || dut.lite_rdata > now : dut.lite_rdata != word) fault("a wrapper's register");
       } else if (engine.reads.size() != lite_read_taken + 1) {
         fault("a register read that reached the bus other than once");
@@ -375,6 +404,15 @@ class Traffic {
   template <class Queue> void pop(Queue &queue, std::size_t channel) {
     queue.pop_front();
     valid[channel] = false;
+  }
+
+  void limit_read(uint32_t value, uint64_t asked) {
+    if (limit_changed_at < asked && value != limit) fault("LIMIT");
+  }
+  void spent_read(uint32_t value, uint64_t asked) {
+    for (auto at = spent_at.lower_bound(asked); at != spent_at.end(); ++at)
+      if (at->second == value) return;
+    fault("SPENT");
   }
 
   // Whether the engine ran at some, or at all clocks from one on.
@@ -478,6 +516,10 @@ class Traffic {
   std::deque<Beat> write_data;
   std::vector<Commit> commits;
   std::map<uint64_t, bool> running_at;
+  std::map<uint64_t, uint32_t> spent_at;
+  uint32_t limit = 0, spent = 0, busy_clocks = 0, stopped_after = 0;
+  uint64_t limit_changed_at = 0, launched_at = 0;
+  bool stopped = false;
   uint32_t beat = 0, overtaken = 0, digest = 0;
   uint64_t lite_taken = 0, lite_read_taken = 0, resets = 0, resets_wanted = 0;
   std::map<std::string, uint64_t> done;

@@ -16,6 +16,10 @@ int pl_attach(orbsoc_solver *solver, uint32_t polls, uint32_t patience) {
   return found;
 }
 
+void pl_limit(uint32_t clocks) { device.limit = clocks; }
+
+uint32_t pl_limit_of_program(void) { return orbsoc_pl_program.limit; }
+
 void pl_bus_error(void) { orbsoc_pl_on_bus_error(&device.pl); }
 
 int pl_place(const orbsoc_solver *solver) { return (int)solver->solution.place; }

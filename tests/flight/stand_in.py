@@ -21,6 +21,7 @@ from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.flight.tables import tables_of
+from orbsoc.hw.busy_clocks import clocks_of
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.pl import ProgrammableLogic
@@ -54,8 +55,10 @@ class StandIn:
         modules = {name for name, side in partition.modules.items() if side == "pl"}
         self.method = placed(None if resident else modules, resident=resident)
         alone = tuple((stage,) for stage, info in _core.stages().items() if info.module in modules)
-        program = pl_program(problem, settings, engine, None, self.control.streams if self.control else alone)
+        streams = self.control.streams if self.control else alone
+        program = pl_program(problem, settings, engine, None, streams)
         image = _core.program_image(program.core, "flat")
+        self.clocks = clocks_of({stages: image.entries["_".join(stages)][1] for stages in streams})
         self.homes = image.homes
         self.fp = engine.fp
         self.numbers = _core.ExactEngine(problem, settings, engine.fp)
@@ -85,7 +88,7 @@ class StandIn:
         self.tries += 1
         self.ran = 0
         self.silent = False
-        self.port = ProgrammableLogic(self.method, self._run, program=self.control)
+        self.port = ProgrammableLogic(self.method, self._run, program=self.control, clocks=self.clocks)
 
     def _run(self, stage: str) -> int:
         """A stage on the words of the storage."""

@@ -123,6 +123,18 @@ def test_trouble_is_named_and_the_answer_is_right(program: Partitioned, name: st
     assert (program.place, program.events) == ("on device", (0, 0)), "the next solve tries the device again"
 
 
+def test_a_launch_beyond_the_limit_is_stopped_and_the_core_has_the_answer(program: Partitioned) -> None:
+    """The program's own limit is the most that a launch can take; the caller may ask for less."""
+    own = int(program.library.pl_limit_of_program())
+    assert own > max(program.pl.clocks.segments.values())
+    program.library.pl_limit(program.pl.clocks.launch)
+    assert program.solve() == wanted()
+    assert (program.place, program.events) == ("fell back", (Fault.CYCLE_LIMIT, Fault.CYCLE_LIMIT))
+    program.library.pl_limit(own)
+    assert program.solve() == wanted()
+    assert (program.place, program.events) == ("on device", (0, 0))
+
+
 def test_the_program_is_loaded_once_and_afresh_after_trouble(program: Partitioned) -> None:
     program.attach()
     program.pl.loads = 0

@@ -27,7 +27,7 @@ KINDS = (
     "register writes", "register writes with strobes missing", "writes to RESET", "register reads", "reads of the wrapper's registers",
     "write bursts", "write bursts with an error within", "write bursts refused by a running engine", "refused write bursts",
     "read bursts", "read bursts refused by a running engine", "refused read bursts",
-    "words of storage written", "words of storage read", "lines of microcode written", "templates written",
+    "writes to LIMIT", "launches stopped by their limit", "words of storage written", "words of storage read", "lines of microcode written", "templates written",
 )  # fmt: skip
 
 
@@ -127,6 +127,13 @@ MUTATIONS = {
     "halves of two words taken as one": Wrong("burst_write", "piece_pair = ", "wide", "1'b1"),
     "a word begun before a run completed after it": Wrong("word_pieces", "if (reset || ", "drop", "1'b0"),
     "a write to the digest reaches the engine": Wrong("registers", "kept_address = reset_address || ", "write_address == DIGEST", "1'b0"),
+    "a launch stopped a clock late": Wrong("limit", "limit != '0 && ", "next >= limit", "next > limit"),
+    "the end of a launch behind an access overlooked": Wrong("limit", "is_status ? status_busy : was_busy && ", "!irq", "1'b1"),
+    "a stopped engine reset for one clock": Wrong("limit", "hold = trip || ", "first", "1'b0"),
+    "an access to an engine that is being stopped": Wrong("registers", "!reading && !resetting && !engine_reset && ", "!over", "1'b1"),
+    "a limit that STATUS does not tell": Wrong("registers", "stopped && !own && ", "bus_address == STATUS", "1'b0"),
+    "a limit that stays told after a reset": Wrong("limit", "if (", "restart", "1'b0"),
+    "a write to the limit reaches the engine": Wrong("registers", " || ", "write_address == LIMIT", "1'b0"),
     "register reads that starve under writes": Wrong("registers", "!(read_wanted && ", "last_write", "1'b0"),
 }  # fmt: skip
 

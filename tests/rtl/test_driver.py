@@ -17,6 +17,7 @@ from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
 from orbsoc.ps.pl import ProgrammableLogic
+from orbsoc.ps.program import BusyClocks
 from orbsoc.ps.registers import (
     BUFFERS,
     INSTRUCTIONS,
@@ -42,6 +43,7 @@ from tests.rtl.c_driver import (
     IDENTITY,
     LAUNCH_TIMEOUT,
     LOST_INTERRUPT,
+    LOST_WRITE,
     NOT_AT_REST,
     OK,
     OUT_OF_RANGE,
@@ -163,6 +165,20 @@ def test_by_polling_it_reads_more_of_status_and_nothing_else(made: Path) -> None
         access for access in ACCESSES if access[1] != Register.STATUS
     ]
     assert len(status) > sum(access[1] == Register.STATUS for access in ACCESSES)
+
+
+def test_a_limit_is_set_where_the_pl_has_one_and_ends_a_launch(made: Path) -> None:
+    without = EngineBoard(made)
+    assert without.call("limit", 5) == LOST_WRITE
+    segment = BY_STAGE["scale"]
+    for limit, error in ((101, OK), (100, Fault.CYCLE_LIMIT)):
+        clocks = BusyClocks({(segment.stage,): 100}, launch=1, run=3, branch=7, end=2)
+        board = Board(made, ProgrammableLogic(METHOD, FakeEngine().run, clocks=clocks))
+        assert board.open(len(METHOD.buffers)) == OK
+        assert board.call("limit", limit) == OK
+        assert board.call("publish", 0, ctypes.byref(c_segment(METHOD.segments[0]))) == OK
+        assert c_step(board, Kind.LAUNCH, segment, polls=False) == error
+        assert board.call("spent") == 101
 
 
 def drop_frame(number: int, write: tuple[int, int]) -> list[tuple[int, int]]:

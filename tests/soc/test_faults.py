@@ -9,7 +9,7 @@ import pytest
 from orbsoc.soc import program
 from orbsoc.soc.errors import SocError
 from orbsoc.soc.faults import Fault
-from tests.soc.computer import RTL, small_computer, small_counts
+from tests.soc.computer import RATIO, RTL, small_computer, small_counts
 
 PATIENCE = 100
 ROUND_CLOCKS = 5000
@@ -33,6 +33,17 @@ def test_the_core_alone_has_the_answer_in_time_where_a_fault_stays(fault: str, e
     assert place.events == (event, event)
     clean = small_counts("resident", warm=True)
     tries = 2 * (clean.core_cycles + PATIENCE * ROUND_CLOCKS)
+    assert found.core_cycles < tries + small_counts(None, warm=True).core_cycles
+
+
+def test_a_launch_without_end_is_stopped_by_the_limit_in_the_pl() -> None:
+    """Long before the patience, by the engine's own clock; then the core alone has the answer."""
+    limit = 30_000
+    found = small_counts("resident", fault=Fault.parsed("endless"), limit_clocks=limit)
+    assert found.same_bits
+    (place,) = found.places
+    assert (place.where, place.events) == ("core, after two tries on the PL", ("cycle limit", "cycle limit"))
+    tries = 2 * (small_counts("resident", warm=True).core_cycles + limit * RATIO)
     assert found.core_cycles < tries + small_counts(None, warm=True).core_cycles
 
 

@@ -29,7 +29,8 @@ def partition_texts(
     form: Format,
 ) -> dict[str, str]:
     """The files by name. Raises EngineError where the engine cannot hold the problem, FlightError for streams under the PS's control."""
-    from orbsoc.rtl.c_image import c_source, placed
+    from orbsoc.hw.busy_clocks import busy_clocks, most_clocks
+    from orbsoc.rtl.c_image import c_source, control_of, placed
 
     resident = partition.control == "pl"
     if partition.streams == "iteration" and not resident:
@@ -41,20 +42,22 @@ def partition_texts(
         problem, settings, engine=engine, form=form, resident=resident, name="program", modules=modules
     )
     method = placed(modules, resident=resident)
+    control, streams = control_of(modules, resident=resident)
+    limit = most_clocks(busy_clocks(problem, settings, engine, form=form, streams=streams), settings, control)
     bits = sum(1 << int(Module[name.upper()]) for name, side in partition.modules.items() if side == "pl")
     texts = {
         "pl_program.h": _HEADER,
         "pl_program.c": "\n".join(
-            [_INTRODUCTION, source, *_tables(problem, settings, method, bits, resident=resident)]
+            [_INTRODUCTION, source, *_tables(problem, settings, method, bits, limit, resident=resident)]
         ),
     }
     return texts | {f"driver/{name}": text for name, text in _core.driver_sources().items()}
 
 
 def _tables(
-    problem: Problem, settings: Settings, method: Method, modules: int, *, resident: bool
+    problem: Problem, settings: Settings, method: Method, modules: int, limit: int, *, resident: bool
 ) -> Iterator[str]:
-    """Which buffer has which flag, what each segment reads and writes, and the partition."""
+    """Which buffer has which flag, what each segment reads and writes, the partition, and the limit of a launch."""
     numbers = {name: k for k, name in enumerate(_core.ExactEngine(problem, settings, 64).buffer_words())}
     flags = ", ".join(str(method.buffers.index(name)) for name in numbers)
 
@@ -71,7 +74,7 @@ def _tables(
     yield "};\n"
     yield f"static const orbsoc_partition partition = {{0x{modules:x}u, {int(resident)}u, segments}};\n"
     attempts = "&program_cold, &program_warm" if resident else "0, 0"
-    yield f"const orbsoc_pl_parts orbsoc_pl_program = {{&partition, &program, {attempts}, program_buffers, flag}};"
+    yield f"const orbsoc_pl_parts orbsoc_pl_program = {{&partition, &program, {attempts}, program_buffers, flag, {limit}u}};"
     yield ""
 
 

@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Any
 from orbsoc import _core
 from orbsoc.conic.settings import Settings
 from orbsoc.ps import scheduler
+from orbsoc.ps.registers import WORD_MASK
 from orbsoc.ps.trace import Latencies, method_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from hw_model.timing.control_program import ControlProgram
+    from orbsoc.conic.problem import Problem
+    from orbsoc.ps.program import BusyClocks
+
+    from .schedules import Engine
 
 LATENCY_PRESETS = ("orbsoc_rtl", "vendor_ip")
 """Families of floating-point units whose critical paths a trace carries; their numbers are hw_model's."""
@@ -45,6 +52,13 @@ def resident_program(*, joined: bool = True) -> ControlProgram:
     return control_program(Method.model_validate(method_of(_core)), joined=joined)
 
 
+def _clocks_on(engine: Engine, program: ControlProgram | None) -> Callable[[Problem, Settings], BusyClocks]:
+    from .busy_clocks import busy_clocks  # loaded only when it is asked for
+
+    streams = () if program is None else program.streams
+    return lambda problem, settings: busy_clocks(problem, settings, engine, streams=streams)
+
+
 class PsScheduler(scheduler.PsScheduler):
     """Python plays the PS: a callable that solves stage by stage through the register file of an emulated PL.
 
@@ -52,7 +66,8 @@ class PsScheduler(scheduler.PsScheduler):
     every call; a call's own come before them. `latencies` (preset → operation → cycles) replaces
     `operation_latencies()` in the trace. `every_ordering`: the order of elimination of every solve, whatever its own
     settings say. With `resident`, the emulated PL has all seven modules and runs whole attempts by itself, an iteration's
-    stages as streams; the PS only starts them, and restarts.
+    stages as streams; the PS only starts them, and restarts. `limit_clocks` of an `engine`, 1 to 2³² − 1: the PL stops a launch that is busy
+    for more of its clocks, and the solve raises `CycleLimit`.
 
     >>> from orbsoc import Cones, Problem
     >>> ps = PsScheduler(tol=1e-9)
@@ -69,12 +84,21 @@ class PsScheduler(scheduler.PsScheduler):
         latencies: Latencies | None = None,
         every_ordering: str | None = None,
         resident: bool = False,
+        engine: Engine | None = None,
+        limit_clocks: int | None = None,
         **overrides: Any,
     ) -> None:
+        if (engine is None) != (limit_clocks is None):
+            raise ValueError(f"limit_clocks = {limit_clocks} with engine = {engine}: give both, or neither")
+        if limit_clocks is not None and not 1 <= limit_clocks <= WORD_MASK:
+            raise ValueError(f"limit_clocks = {limit_clocks}: allowed is 1 to {WORD_MASK}")
+        program = resident_program() if resident else None
         super().__init__(
             settings,
             latencies=operation_latencies() if latencies is None else latencies,
             every_ordering=every_ordering,
-            program=resident_program() if resident else None,
+            program=program,
+            busy_clocks=None if engine is None else _clocks_on(engine, program),
+            limit_clocks=limit_clocks,
             **overrides,
         )

@@ -27,6 +27,7 @@ from .registers import (
     RegisterFile,
     Status,
     UnacknowledgedInterrupt,
+    Wrapper,
     WrongSegment,
 )
 from .segments import OUTCOME, Method, Segment, Step
@@ -59,7 +60,7 @@ class Driver:
     `port` is the PL's register file, in reset; `words` gives the size of each buffer in words. `carry` moves a buffer
     where the PL has a storage of its own; without it both sides work on the engine's. With a `program` the PL runs
     whole attempts: the PS launches one, waits, and fetches how it has ended; when `stopped` says so, it asks the PL to
-    end at its next decision. Every disagreement between the
+    end at its next decision. `limit_clocks`: a launch that is busy for more is stopped by the PL, `CycleLimit`. Every disagreement between the
     two sides raises a `ProtocolError` that names the stage.
     """
 
@@ -75,6 +76,7 @@ class Driver:
         carry: Carry | None = None,
         program: ControlProgram | None = None,
         stopped: Callable[[], bool] = lambda: False,
+        limit_clocks: int | None = None,
     ) -> None:
         self._method = method
         self._engine = engine
@@ -85,6 +87,7 @@ class Driver:
         self._carry = carry
         self._program = program
         self._stopped = stopped
+        self._limit_clocks = limit_clocks
         self._segments = {segment.stage: segment for segment in method.segments}
         self._flag_words = -(-len(method.buffers) // WORD_BITS)
         self._last = method.segments[0]
@@ -105,6 +108,8 @@ class Driver:
 
         `warm` starts from the point that the engine holds; `observe` is called after each iteration but an attempt's last.
         """
+        if self._limit_clocks is not None:
+            self._write(Wrapper.LIMIT, self._limit_clocks)
         self._publish(self._method.segments[0])
         self._attempt(warm, observe)
         while restart():
@@ -278,7 +283,7 @@ class Driver:
             raise ERROR_OF_FAULT[status.fault](f"{where}: the PL reports {status.fault.name}")
         return status
 
-    def _write(self, register: Register, value: int) -> None:
+    def _write(self, register: Register | Wrapper, value: int) -> None:
         self._record.add(Kind.WRITE, register.name, int(value))
         self._port.write(register, int(value))
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Sequence
 
-from .program import ControlProgram
-from .registers import WORD_BITS, WORD_MASK, Control, Fault, Module, Register, Status
+from .program import BusyClocks, ControlProgram, instruction_clocks
+from .registers import WORD_BITS, WORD_MASK, Control, Fault, Module, Register, Status, Wrapper
 from .segments import Method, Segment
 
 
@@ -44,7 +44,8 @@ class ProgrammableLogic:
     """A fresh PL: flags down, launch counter 0.
 
     `execute` runs a stage and returns its outcome; a segment takes `busy_ticks` ≥ 1 polls of the PS. With a `program`,
-    the operation control runs whole attempts, one segment of it a poll.
+    the operation control runs whole attempts, one segment of it a poll. With `clocks` it has the wrapper's LIMIT and SPENT as
+    well: a launch that would be busy for more is stopped before the segment that would exceed it.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class ProgrammableLogic:
         *,
         busy_ticks: int = 1,
         program: ControlProgram | None = None,
+        clocks: BusyClocks | None = None,
     ) -> None:
         if busy_ticks < 1:
             raise ValueError(f"busy_ticks = {busy_ticks} must be at least 1")
@@ -76,6 +78,8 @@ class ProgrammableLogic:
         self._at: int | None = None
         """The next instruction of an attempt; None: a single segment runs."""
         self._raised = self._stop_asked = False
+        self._clocks = clocks
+        self._limit = self._spent = 0
         self.ran: list[tuple[str, ...]] = []
         """The segments that the operation control ran by itself."""
 
@@ -85,7 +89,9 @@ class ProgrammableLogic:
         return self._state in (_State.DONE, _State.FAULT)
 
     def read(self, address: int) -> int:
-        """STATUS or a DATA_VALID word; anything else is a fault, and reads 0."""
+        """STATUS, a DATA_VALID word, LIMIT or SPENT; anything else is a fault, and reads 0."""
+        if self._clocks is not None and address in (Wrapper.LIMIT, Wrapper.SPENT):
+            return self._limit if address == Wrapper.LIMIT else self._spent
         if address == Register.STATUS:
             return self._status().encode()
         word, offset = divmod(address - Register.DATA_VALID, WORD_BITS // 8)
@@ -96,6 +102,9 @@ class ProgrammableLogic:
 
     def write(self, address: int, value: int) -> None:
         """Take one write; the first that is out of turn stops the PL with its fault."""
+        if self._clocks is not None and address == Wrapper.LIMIT:
+            self._limit = value
+            return
         if self._state is _State.FAULT:
             return
         fault = self._refusal(address)
@@ -122,6 +131,8 @@ class ProgrammableLogic:
         self._ticks_left -= 1
         if self._ticks_left == 0:
             segment = self._announced()
+            if self._clocks and self._exceeds(self._clocks.segments[segment.stage,] + self._clocks.launch):
+                return
             self._outcome = self._execute(segment.stage)
             self._complete(segment)
             self._state = _State.DONE
@@ -131,6 +142,8 @@ class ProgrammableLogic:
         while self._state is _State.BUSY and self._at is not None:
             instruction = self._code[self._at]
             self._at += 1
+            if self._clocks and self._exceeds(instruction_clocks(instruction, self._clocks)):
+                return
             match instruction.op:
                 case "run":
                     self._run_stream(instruction.stream)
@@ -181,6 +194,8 @@ class ProgrammableLogic:
         if fault is not Fault.NONE:
             self._stop(fault)
             return
+        if value != Control.PUBLISH:
+            self._spent = 0
         if value == Control.ATTEMPT:
             self._at, self._stop_asked = self._frame[Register.SEGMENT], False
             self._state = _State.BUSY
@@ -220,6 +235,17 @@ class ProgrammableLogic:
         self._valid = segment.valid_after(self._valid)
         self._written |= segment.writes
         self._completed = (segment.number, self._frame[Register.SEQUENCE])
+
+    def _exceeds(self, clocks: int) -> bool:
+        """Whether the launch is stopped within its next clocks. The engine's reset forgets flags and completed stages."""
+        self._spent += clocks
+        if self._limit == 0 or self._spent <= self._limit:
+            return False
+        self._spent = self._limit + 1
+        self._valid = self._written = self._outcome = 0
+        self._completed = (0, 0)
+        self._stop(Fault.CYCLE_LIMIT)
+        return True
 
     def _stop(self, fault: Fault) -> None:
         if self._state is not _State.FAULT:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 
@@ -19,6 +20,18 @@ class Instruction(Protocol):
     def target(self) -> int: ...
 
 
+@dataclass(frozen=True, slots=True)
+class BusyClocks:
+    """Clocks of the PL for which a launch is busy: of each segment, by its stages; and of the operation control beside one that is
+    launched, beside one that a control program runs, at a branch, at the end of an attempt."""
+
+    segments: Mapping[tuple[str, ...], int]
+    launch: int
+    run: int
+    branch: int
+    end: int
+
+
 class ControlProgram(Protocol):
     """Instructions, and where a cold and a warm attempt begin."""
 
@@ -28,3 +41,10 @@ class ControlProgram(Protocol):
     def cold(self) -> int: ...
     @property
     def warm(self) -> int: ...
+
+
+def instruction_clocks(instruction: Instruction, clocks: BusyClocks) -> int:
+    """Of one instruction of a control program, with the segment that it runs."""
+    if instruction.op == "run":
+        return clocks.segments[instruction.stream] + clocks.run
+    return clocks.end if instruction.op == "end" else clocks.branch

@@ -69,6 +69,8 @@ class Fault(enum.IntEnum):
     WRONG_SEQUENCE = 6
     READ_BEFORE_VALID = 7
     INVALID_ACCESS = 8
+    CYCLE_LIMIT = 9
+    """Raised by the wrapper of the engine, not by its register file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +148,7 @@ INSTRUCTION_FIELDS: Mapping[str, Field] = {
 
 class Wrapper(enum.IntEnum):
     """Registers of rtl/axi, which never reach the engine. RESET takes 1: the engine's reset; DIGEST begins anew with any
-    write; the others are read."""
+    write; LIMIT keeps its value over a RESET; the others are read."""
 
     RESET = 0x3000
     ENGINE = 0x3004
@@ -157,6 +159,10 @@ class Wrapper(enum.IntEnum):
     """One number for everything of the engine that a program depends on; the program's must be the same."""
     DIGEST = 0x3014
     """CRC-32 of the pieces of microcode and templates written since the last write to it, and of where they went."""
+    LIMIT = 0x3018
+    """Clocks that a launch may be busy; one that is busy for more is stopped with CYCLE_LIMIT. 0: as long as it likes."""
+    SPENT = 0x301C
+    """Clocks for which STATUS has said BUSY of the launch that runs, or ran last."""
 
 
 ENGINE_FIELDS: Mapping[str, Field] = {
@@ -273,6 +279,10 @@ class InvalidAccess(ProtocolError):
     """An access to an address that does not exist or cannot be written, or an unknown command."""
 
 
+class CycleLimit(ProtocolError):
+    """A launch was busy for more clocks than the PS allowed, and was stopped."""
+
+
 class LostInterrupt(ProtocolError):
     """The segment finished, but its interrupt did not arrive within the polling budget."""
 
@@ -294,4 +304,5 @@ ERROR_OF_FAULT: dict[Fault, type[ProtocolError]] = {
     Fault.WRONG_SEQUENCE: WrongSequence,
     Fault.READ_BEFORE_VALID: ReadBeforeValid,
     Fault.INVALID_ACCESS: InvalidAccess,
+    Fault.CYCLE_LIMIT: CycleLimit,
 }

@@ -21,7 +21,7 @@ from orbsoc.solving.solver import engine, resolve, solution_of, start_values
 from .driver import Driver
 from .events import PsRecord
 from .pl import ProgrammableLogic
-from .program import ControlProgram
+from .program import BusyClocks, ControlProgram
 from .segments import Method
 from .trace import Latencies, TraceRecorder
 
@@ -33,7 +33,8 @@ class PsScheduler:
     every call; a call's own come before them. `latencies` (preset → operation → cycles) are those of the trace's
     critical paths; `orbsoc.PsScheduler` takes the hardware model's. `every_ordering`: the `ordering` of every solve,
     whatever a call's settings say, as of a mission's that chooses its own. With a `program`, the PL has all modules and runs
-    whole attempts by itself; the PS starts them, and restarts, and sees nothing of the iterations between.
+    whole attempts by itself; the PS starts them, and restarts, and sees nothing of the iterations between. `limit_clocks`: the PL
+    stops a launch that is busy for more clocks, which a solve ends on with `CycleLimit`; what it takes `busy_clocks` says.
     """
 
     def __init__(
@@ -43,12 +44,15 @@ class PsScheduler:
         latencies: Latencies,
         every_ordering: str | None = None,
         program: ControlProgram | None = None,
+        busy_clocks: Callable[[Problem, Settings], BusyClocks] | None = None,
+        limit_clocks: int | None = None,
         **overrides: Any,
     ) -> None:
         self._settings = resolve(settings, overrides)
         self._ordering = every_ordering
         self._recorder = TraceRecorder(_core, latencies)
         self._program = program
+        self._busy_clocks, self._limit_clocks = busy_clocks, limit_clocks
         self._method = Method.from_core(_core, resident=program is not None)
         self.record = PsRecord()
         """What the PS did in the last solve."""
@@ -90,7 +94,8 @@ class PsScheduler:
         chosen = self._chosen(resolve(settings or self._settings, overrides))
         native = engine(problem, chosen)
         self.record = PsRecord()
-        pl = ProgrammableLogic(self._method, native.run, program=self._program)
+        clocks = None if self._busy_clocks is None else self._busy_clocks(problem, chosen)
+        pl = ProgrammableLogic(self._method, native.run, program=self._program, clocks=clocks)
         values = None if warm_start is None else start_values(problem, warm_start)
         observe = _table(native) if chosen.verbose and self._program is None else None
         started = time.perf_counter()
@@ -98,6 +103,7 @@ class PsScheduler:
             driver = Driver(
                 self._method, native, pl,
                 words=native.buffer_words(), record=self.record, program=self._program, stopped=stopped.is_set,
+                limit_clocks=self._limit_clocks,
             )  # fmt: skip
             warm = values is not None and native.start_from(values)
             driver.run(restart=native.begin_again, warm=warm, observe=observe)

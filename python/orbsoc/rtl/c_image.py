@@ -39,8 +39,7 @@ def c_source(
     and under resident control `name_cold` and `name_warm`. `modules`: those on the PL, where it has not all; the program is
     of their stages alone, and under the PS's control. Raises EngineError as `pl_program` does.
     """
-    control = resident_program() if resident and modules is None else None
-    streams = control.streams if control else _alone(modules)
+    control, streams = control_of(modules, resident=resident)
     program = pl_program(problem, settings, engine, None, streams)
     image = _core.program_image(program.core, form)
     method = placed(modules, resident=resident)
@@ -71,6 +70,14 @@ def c_source(
         *_buffers(name, method, image),
     ]
     return "\n".join(parts)
+
+
+def control_of(
+    modules: Collection[str] | None, *, resident: bool
+) -> tuple[ControlProgram | None, tuple[tuple[str, ...], ...]]:
+    """The control program of `c_source`, if any, and the segments that it schedules."""
+    control = resident_program() if resident and modules is None else None
+    return control, control.streams if control else _alone(modules)
 
 
 def placed(modules: Collection[str] | None, *, resident: bool) -> Method:

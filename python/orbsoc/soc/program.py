@@ -51,11 +51,12 @@ def compiled(
     engine: Engine,
     form: Format = "compressed",
     patience: int | None = None,
+    limit_clocks: int | None = None,
     warm: bool = True,
     events: bool = False,
 ) -> Program:
     """The flight code for a problem with its self-test, compiled; kept in `cache`. `patience`: rounds of about 4000 clocks
-    that a launch may take, the driver's own by default. Without `warm`, the solve from a point nearby is left out.
+    that a launch may take, the driver's own by default; `limit_clocks`: of the PL, the program's own by default. Without `warm`, the solve from a point nearby is left out.
     With `events` it prints when each part ran.
     Raises SocError without a compiler, and what `export_c` raises."""
     if shutil.which(COMPILER) is None:
@@ -85,6 +86,7 @@ def compiled(
             *([] if warm else ["-DORBSOC_COLD_SELFTEST"]),
             *(["-DEVENTS"] if events else []),
             *([f"-DPATIENCE={patience}u"] if patience and on_pl else []),
+            *([f"-DLIMIT={limit_clocks}u"] if limit_clocks is not None and on_pl else []),
         ]
         script = rtl / "soc" / "program" / "link.ld"
         headers = sorted((rtl / "soc" / "program").glob("*.h"))

@@ -2,7 +2,7 @@
  *   load RUNS CYCLES, put …, get …, publish …          the link
  *   segment NUMBER RUNS CYCLES BUSY     from a launch to its end: core cycles, and clocks in which the engine was busy
  *   launch RUNS CYCLES, interrupt RUNS CYCLES     of which, writing the registers of a launch, and the handler at its end
- * The end of a launch comes by interrupt.
+ * The end of a launch comes by interrupt. LIMIT: clocks of the PL that one may take, where it is not the program's own.
  */
 #include <stdio.h>
 
@@ -90,6 +90,9 @@ static uint32_t wait(void *context) {
 orbsoc_error __real_orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition *partition, const orbsoc_device *device);
 orbsoc_error __wrap_orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition *partition, const orbsoc_device *device) {
   driver = *device;
+#ifdef LIMIT
+  ((orbsoc_pl_device *)device->context)->limit = LIMIT;
+#endif
   const orbsoc_device around = {device->context, PATIENCE, restart, put, get, publish, launch, wait, device->stop};
   return __real_orbsoc_attach(solver, partition, &around);
 }

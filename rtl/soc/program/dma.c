@@ -54,6 +54,7 @@ uint32_t dma_load(orbsoc_pl_device *device) {
   const uint32_t pieces = ORBSOC_PIECES(whole->code_width);
   const int contiguous = (pieces & (pieces - 1u)) == 0 && pieces >= 2 && (uintptr_t)whole->microcode % 8u == 0;
   uint32_t found = (uint32_t)orbsoc_pl_open(&device->pl, device->registers, device->memories, ORBSOC_PL_BUFFERS);
+  found = (found == ORBSOC_PL_OK) ? (uint32_t)orbsoc_pl_limit(&device->pl, device->limit) : found;
   if (found != ORBSOC_PL_OK) return found;
   if (!contiguous) return (uint32_t)orbsoc_pl_load(&device->pl, whole);
   found = (uint32_t)orbsoc_pl_load_begin(&device->pl, whole);
