@@ -16,7 +16,7 @@ LONG: dict[str, tuple[str, ...]] = {
         r"\[trace (with polling|with two cores|of a trace's estimate)\]",
     ),
     # One of each kind of end remains: after two tries the core, and a second try on the PL.
-    "soc/test_faults.py": (r"fault_stays\[(interrupt|reset|clock)", r"goes_away\[(memories|clock)"),
+    "soc/test_faults.py": (r"fault_stays\[(interrupt|reset|clock|endless)", r"goes_away\[(memories|clock)"),
     # Flat programs, a freezing decoder and clusters keep a mutant each.
     "rtl/test_mutations.py": (
         "divider counts on while the decoder freezes", "opening of a header believed", "adder one cycle longer",

@@ -87,6 +87,8 @@ orbsoc_pl_error orbsoc_pl_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t mem
   pl->code_bits = FIELD(sizes, ORBSOC_SIZES_CODE_BITS);
   pl->code_width = FIELD(sizes, ORBSOC_SIZES_CODE_WIDTH);
   pl->identity = read_register(pl, ORBSOC_REG_IDENTITY);
+  pl->residents = 0;
+  pl->first = 0;
   if (pl->bus_errors) return ORBSOC_PL_BUS_ERROR;
   return orbsoc_pl_reset(pl);
 }
@@ -147,24 +149,102 @@ orbsoc_pl_error orbsoc_pl_load_instruction(orbsoc_pl *pl, uint32_t place, const 
   return ORBSOC_PL_OK;
 }
 
-orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image) {
-  orbsoc_pl_error found = orbsoc_pl_load_begin(pl, image);
-  for (uint32_t i = 0; i < image->lines && found == ORBSOC_PL_OK; ++i)
-    found = orbsoc_pl_load_line(pl, i, image->microcode + (size_t)ORBSOC_PIECES(pl->code_width) * i);
-  return found == ORBSOC_PL_OK ? orbsoc_pl_load_end(pl, image) : found;
+/* One word more of a CRC-32, as rtl/axi/axi_digest.sv has it. */
+static uint32_t crc_word(uint32_t crc, uint32_t word) {
+  crc ^= word;
+  for (int bit = 0; bit < 32; ++bit) crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1u)));
+  return crc;
 }
 
-orbsoc_pl_error orbsoc_pl_load_begin(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+/* Of the numbers of an image's templates, and of its lines from one on. */
+static uint32_t crc_of_places(const orbsoc_pl_image *image, uint32_t first, uint32_t lines) {
+  uint32_t crc = ~0u;
+  for (uint32_t i = 0; i < image->template_count; ++i) crc = crc_word(crc, 0x80000000u | i);
+  for (uint32_t i = 0; i < lines; ++i) crc = crc_word(crc, first + i);
+  return crc;
+}
+
+/* An image's digest is of lines from 0 on. */
+static uint32_t digest_at(const orbsoc_pl_image *image, uint32_t first) {
+  if (first == 0) return image->digest;
+  return image->digest ^ crc_of_places(image, 0, image->lines) ^ crc_of_places(image, first, image->lines);
+}
+
+static uint32_t digest_of_templates(const orbsoc_pl_image *image) {
+  uint32_t crc = ~0u;
+  for (uint32_t i = 0; i < image->template_count; ++i) crc = crc_word(crc, image->templates[i]);
+  return crc ^ crc_of_places(image, 0, 0);
+}
+
+static int is_of_this_engine(const orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  return image->identity == pl->identity && image->binary64 == pl->binary64 && image->address_bits == pl->address_bits &&
+         image->code_width == pl->code_width;
+}
+
+static int fits(const orbsoc_pl *pl, uint32_t first, uint32_t lines) {
+  const uint32_t all = 1u << pl->code_bits;
+  return first <= all && lines <= all - first;
+}
+
+static int overlaps(const orbsoc_pl_resident *one, uint32_t first, uint32_t lines) {
+  return one->first < first + lines && first < one->first + one->image->lines;
+}
+
+static void forget(orbsoc_pl *pl, const orbsoc_pl_image *image, uint32_t first, uint32_t lines) {
+  uint32_t kept = 0;
+  for (uint32_t i = 0; i < pl->residents; ++i)
+    if (pl->resident[i].image != image && !overlaps(&pl->resident[i], first, lines)) pl->resident[kept++] = pl->resident[i];
+  pl->residents = kept;
+}
+
+static orbsoc_pl_error load_templates(orbsoc_pl *pl, const orbsoc_pl_image *image) {
   orbsoc_pl_error found = ORBSOC_PL_OK;
-  if (image->identity != pl->identity || image->binary64 != pl->binary64 || image->address_bits != pl->address_bits ||
-      image->code_width != pl->code_width)
-    return ORBSOC_PL_WRONG_ENGINE;
-  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   write_register(pl, ORBSOC_REG_DIGEST, 0u);
   orbsoc_pl_barrier();
   for (uint32_t i = 0; i < image->template_count && found == ORBSOC_PL_OK; ++i)
     found = orbsoc_pl_load_template(pl, i, image->templates[i]);
   return found;
+}
+
+static orbsoc_pl_error begin_at(orbsoc_pl *pl, const orbsoc_pl_image *image, uint32_t first) {
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  if (!fits(pl, first, image->lines)) return ORBSOC_PL_OUT_OF_RANGE;
+  forget(pl, image, first, image->lines);
+  pl->first = first;
+  return load_templates(pl, image);
+}
+
+static orbsoc_pl_error load_lines(orbsoc_pl *pl, const orbsoc_pl_image *image, orbsoc_pl_error found) {
+  for (uint32_t i = 0; i < image->lines && found == ORBSOC_PL_OK; ++i)
+    found = orbsoc_pl_load_line(pl, pl->first + i, image->microcode + (size_t)ORBSOC_PIECES(pl->code_width) * i);
+  return found == ORBSOC_PL_OK ? orbsoc_pl_load_end(pl, image) : found;
+}
+
+orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  return load_lines(pl, image, orbsoc_pl_load_begin(pl, image));
+}
+
+orbsoc_pl_error orbsoc_pl_load_begin(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  return is_of_this_engine(pl, image) ? begin_at(pl, image, 0) : ORBSOC_PL_WRONG_ENGINE;
+}
+
+orbsoc_pl_error orbsoc_pl_load_beside(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  return load_lines(pl, image, orbsoc_pl_load_beside_begin(pl, image));
+}
+
+orbsoc_pl_error orbsoc_pl_load_beside_begin(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  uint32_t first = 0;
+  if (!is_of_this_engine(pl, image)) return ORBSOC_PL_WRONG_ENGINE;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  forget(pl, image, 0, 0);
+  for (uint32_t i = 0; i < pl->residents;) {
+    const int taken = overlaps(&pl->resident[i], first, image->lines);
+    if (taken) first = pl->resident[i].first + pl->resident[i].image->lines;
+    i = taken ? 0 : i + 1u;
+  }
+  if (pl->residents == ORBSOC_PL_PROGRAMS || !fits(pl, first, image->lines)) return ORBSOC_PL_OUT_OF_RANGE;
+  const orbsoc_pl_error found = orbsoc_pl_reset(pl);
+  return found == ORBSOC_PL_OK ? begin_at(pl, image, first) : found;
 }
 
 /* Literals as they are in storage. */
@@ -178,22 +258,48 @@ static orbsoc_pl_error literals_there(orbsoc_pl *pl, const orbsoc_pl_image *imag
   return ORBSOC_PL_OK;
 }
 
-orbsoc_pl_error orbsoc_pl_load_end(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+/* Literals and tables, once the memories hold what the digest says. */
+static orbsoc_pl_error finish(orbsoc_pl *pl, const orbsoc_pl_image *image, uint32_t digest) {
   orbsoc_pl_error found = orbsoc_pl_set_words(pl, image->literal_addresses, image->literals, image->literal_count);
   if (found != ORBSOC_PL_OK) return found;
   orbsoc_pl_barrier();
   (void)orbsoc_pl_read(pl->memories + ORBSOC_REGION_STORAGE); /* comes behind all that was written */
   orbsoc_pl_barrier();
-  if (read_register(pl, ORBSOC_REG_DIGEST) != image->digest) return ORBSOC_PL_WRONG_PROGRAM;
+  if (read_register(pl, ORBSOC_REG_DIGEST) != digest) return ORBSOC_PL_WRONG_PROGRAM;
   found = literals_there(pl, image);
   return found == ORBSOC_PL_OK ? orbsoc_pl_load_tables(pl, image) : found;
+}
+
+orbsoc_pl_error orbsoc_pl_load_end(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  const orbsoc_pl_error found = finish(pl, image, digest_at(image, pl->first));
+  if (found == ORBSOC_PL_OK && pl->residents < ORBSOC_PL_PROGRAMS) {
+    pl->resident[pl->residents].image = image;
+    pl->resident[pl->residents].first = pl->first;
+    pl->residents += 1u;
+  }
+  return found;
+}
+
+orbsoc_pl_error orbsoc_pl_switch(orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  uint32_t at = 0;
+  if (pl->out) return ORBSOC_PL_NOT_AT_REST;
+  while (at < pl->residents && pl->resident[at].image != image) ++at;
+  if (at == pl->residents) return ORBSOC_PL_WRONG_PROGRAM;
+  orbsoc_pl_error found = orbsoc_pl_reset(pl);
+  if (found != ORBSOC_PL_OK) return found;
+  pl->first = pl->resident[at].first;
+  found = load_templates(pl, image);
+  return found == ORBSOC_PL_OK ? finish(pl, image, digest_of_templates(image)) : found;
 }
 
 orbsoc_pl_error orbsoc_pl_load_tables(orbsoc_pl *pl, const orbsoc_pl_image *image) {
   orbsoc_pl_error found = ORBSOC_PL_OK;
   uint32_t status;
-  for (uint32_t i = 0; i < image->segment_count && found == ORBSOC_PL_OK; ++i)
-    found = orbsoc_pl_load_segment(pl, i, image->segments + i);
+  for (uint32_t i = 0; i < image->segment_count && found == ORBSOC_PL_OK; ++i) {
+    orbsoc_pl_segment segment = image->segments[i];
+    if (segment.module != ORBSOC_MODULE_PS) segment.start += pl->first;
+    found = orbsoc_pl_load_segment(pl, i, &segment);
+  }
   for (uint32_t i = 0; i < image->instruction_count && found == ORBSOC_PL_OK; ++i)
     found = orbsoc_pl_load_instruction(pl, i, image->instructions + i);
   return found == ORBSOC_PL_OK ? read_status(pl, &status) : found;

@@ -103,6 +103,13 @@ typedef struct {
   const uint32_t *indices, *addresses;
 } orbsoc_pl_buffer;
 
+/* Programs whose microcode may be in the memory at a time; one of them, and its first line. */
+#define ORBSOC_PL_PROGRAMS 8u
+typedef struct {
+  const orbsoc_pl_image *image;
+  uint32_t first;
+} orbsoc_pl_resident;
+
 #define ORBSOC_PIECES(width) (((width) + 31u) / 32u)
 
 /* One PL. Fields are the driver's; the caller may read `sequence`, `valid` and the engine's sizes. */
@@ -112,6 +119,9 @@ typedef struct {
   uint32_t flag_words;
   uint32_t sequence;       /* of the last frame */
   uint64_t valid, written; /* flags as last read; buffers ever written */
+  orbsoc_pl_resident resident[ORBSOC_PL_PROGRAMS];
+  uint32_t residents;
+  uint32_t first; /* line of the program that was loaded, or switched to, last */
   /* The launch that is out. */
   uint32_t number;
   uint64_t writes, stales, may_write;
@@ -139,6 +149,15 @@ orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t
 orbsoc_pl_error orbsoc_pl_load_template(orbsoc_pl *pl, uint32_t number, uint32_t word);
 orbsoc_pl_error orbsoc_pl_load_segment(orbsoc_pl *pl, uint32_t number, const orbsoc_pl_segment *segment);
 orbsoc_pl_error orbsoc_pl_load_instruction(orbsoc_pl *pl, uint32_t place, const orbsoc_pl_instruction *instruction);
+
+/* Several programs in one memory of microcode, which a switch leaves alone. `load_beside` loads an image on the first lines that no
+ * other has, OUT_OF_RANGE where there are not enough; `load_beside_begin` and `orbsoc_pl_load_end` are its halves, the lines between them
+ * from `pl->first` on. `switch` goes to one that is there: a reset, templates, literals and tables; WRONG_PROGRAM for one that is
+ * not. Both leave all flags down: programs share the storage, so no buffer outlives them. An image stays where it is in
+ * the caller's memory; orbsoc_pl_load forgets those whose lines it takes, orbsoc_pl_open all. */
+orbsoc_pl_error orbsoc_pl_load_beside(orbsoc_pl *pl, const orbsoc_pl_image *image);
+orbsoc_pl_error orbsoc_pl_load_beside_begin(orbsoc_pl *pl, const orbsoc_pl_image *image);
+orbsoc_pl_error orbsoc_pl_switch(orbsoc_pl *pl, const orbsoc_pl_image *image);
 
 /* The table of segments and the control program of an image alone: what a reset forgets. */
 orbsoc_pl_error orbsoc_pl_load_tables(orbsoc_pl *pl, const orbsoc_pl_image *image);

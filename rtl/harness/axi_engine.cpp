@@ -2,7 +2,9 @@
 //   image_template WORD | image_line WORD | image_literal ADDRESS WORD | image_segment MODULE START READS WRITES STALES |
 //   image_instruction WORD FLAG        ok       the next one of the image
 //   image_identity WORD | image_digest WORD     ok       of the image
-//   load                               ERROR    of the image
+//   image_next                         ok       begin another image; the next commands are about it
+//   load | beside                      ERROR    of the image
+//   switch NUMBER                      ERROR    to an image, by its number from 0 on; the next commands are about it; decimal
 //   publish NUMBER | launch NUMBER | attempt ENTRY CLOSING WRITTEN | stop | rest      ERROR
 //   limit CLOCKS                       ERROR    decimal
 //   poll BUDGET                        ERROR    decimal
@@ -12,6 +14,7 @@
 //   poke ADDRESS WORD                  RESPONSE        one beat of 64 bits at a byte address of the memories
 //   peek ADDRESS                       RESPONSE DATA
 // ERROR is the driver's, decimal; other numbers are hexadecimal.
+#include <deque>
 #include <memory>
 
 #include "axi_computer.hpp"
@@ -39,7 +42,11 @@ class DriverSession : public Session<AxiComputer> {
  private:
   bool answer_more(const std::string &command, std::istringstream &words) override {
     if (command.rfind("image_", 0) == 0) return image(command.substr(6), words);
-    if (command == "load") return error(load());
+    if (command == "load" || command == "beside") {
+      const orbsoc_pl_image *made = now().finished();
+      return error(command == "load" ? orbsoc_pl_load(&computer.pl, made) : orbsoc_pl_load_beside(&computer.pl, made));
+    }
+    if (command == "switch") return (words >> current) && current < images.size() && error(orbsoc_pl_switch(&computer.pl, &now().whole));
     if (command == "publish" || command == "launch") return with_segment(command, words);
     if (command == "attempt") {
       orbsoc_pl_attempt attempt{};
@@ -63,43 +70,38 @@ class DriverSession : public Session<AxiComputer> {
   bool image(const std::string &part, std::istringstream &words) {
     std::string word;
     words >> std::hex;
-    if (part == "template" && words >> word) templates.push_back(uint32_t(std::stoul(word, nullptr, 16)));
+    if (part == "next") {
+      current = images.size();
+      images.emplace_back();
+    } else if (part == "template" && words >> word) now().templates.push_back(uint32_t(std::stoul(word, nullptr, 16)));
     else if (part == "line" && words >> word) {
-      for (uint32_t piece : AxiComputer::pieces(word, Built::CODE_WIDTH)) microcode.push_back(piece);
+      for (uint32_t piece : AxiComputer::pieces(word, Built::CODE_WIDTH)) now().microcode.push_back(piece);
     } else if (part == "literal") {
       uint64_t address, value;
       if (!(words >> address >> value)) return false;
-      literal_addresses.push_back(uint32_t(address));
-      literals.push_back(value);
+      now().literal_addresses.push_back(uint32_t(address));
+      now().literals.push_back(value);
     } else if (part == "segment") {
       orbsoc_pl_segment one{};
       if (!(words >> one.module >> one.start >> one.reads >> one.writes >> one.stales)) return false;
-      segments.push_back(one);
+      now().segments.push_back(one);
     } else if (part == "identity" || part == "digest") {
-      if (!(words >> (part == "identity" ? identity : digest))) return false;
+      if (!(words >> (part == "identity" ? now().identity : now().digest))) return false;
     } else if (part == "instruction") {
       orbsoc_pl_instruction one{};
       if (!(words >> one.word >> one.flag)) return false;
-      instructions.push_back(one);
+      now().instructions.push_back(one);
     } else {
       return false;
     }
     std::printf("ok\n");
     return true;
   }
-  orbsoc_pl_error load() {
-    const uint32_t pieces = ORBSOC_PIECES(Built::CODE_WIDTH);
-    const orbsoc_pl_image image = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(),
-                                uint32_t(microcode.size() / pieces), templates.data(), uint32_t(templates.size()),
-                                literal_addresses.data(), literals.data(), literals.size(), segments.data(),
-                                uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size()), identity, digest};
-    return orbsoc_pl_load(&computer.pl, &image);
-  }
   bool with_segment(const std::string &command, std::istringstream &words) {
     std::size_t number = 0;
-    if (!(words >> std::hex >> number) || number >= segments.size()) return false;
+    if (!(words >> std::hex >> number) || number >= now().segments.size()) return false;
     const auto act = command == "publish" ? orbsoc_pl_publish : orbsoc_pl_launch;
-    return error(act(&computer.pl, uint32_t(number), &segments[number]));
+    return error(act(&computer.pl, uint32_t(number), &now().segments[number]));
   }
   bool interrupt(uint64_t clocks) {
     for (; clocks > 0 && !computer.interrupt(); --clocks) computer.clock();
@@ -145,11 +147,26 @@ class DriverSession : public Session<AxiComputer> {
     return true;
   }
 
-  std::vector<uint32_t> microcode, templates, literal_addresses;
-  std::vector<uint64_t> literals;
-  std::vector<orbsoc_pl_segment> segments;
-  std::vector<orbsoc_pl_instruction> instructions;
-  uint32_t identity = 0, digest = 0;
+  // What the driver is given, and may keep the address of.
+  struct Image {
+    std::vector<uint32_t> microcode, templates, literal_addresses;
+    std::vector<uint64_t> literals;
+    std::vector<orbsoc_pl_segment> segments;
+    std::vector<orbsoc_pl_instruction> instructions;
+    uint32_t identity = 0, digest = 0;
+    orbsoc_pl_image whole{};
+    const orbsoc_pl_image *finished() {
+      const uint32_t pieces = ORBSOC_PIECES(Built::CODE_WIDTH);
+      whole = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(), uint32_t(microcode.size() / pieces),
+               templates.data(), uint32_t(templates.size()), literal_addresses.data(), literals.data(), literals.size(),
+               segments.data(), uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size()), identity, digest};
+      return &whole;
+    }
+  };
+  Image &now() { return images[current]; }
+
+  std::deque<Image> images = std::deque<Image>(1);
+  std::size_t current = 0;
 };
 
 }  // namespace

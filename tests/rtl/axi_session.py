@@ -41,6 +41,11 @@ class AxiSession(RtlSession):
     def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
         """The image piece by piece to the harness, and from there by the driver to the PL."""
         assert program is not None
+        self.give(image, method, program)
+        assert self.driver("load") == 0
+
+    def give(self, image: _core.ProgramImage, method: Method, program: ControlProgram) -> None:
+        """The image piece by piece to the harness."""
         self._do([f"image_identity {image.identity:x}", f"image_digest {self._digest(image):x}"])
         self._do(f"image_template {word}" for word in image.templates)
         self._do(f"image_line {word}" for word in image.microcode)
@@ -54,7 +59,6 @@ class AxiSession(RtlSession):
         self._do(
             f"image_instruction {word:x} {flag:x}" for word, flag in control_words(image, method, program)
         )
-        assert self.driver("load") == 0
 
     @staticmethod
     def _digest(image: _core.ProgramImage) -> int:

@@ -297,19 +297,19 @@ LINES = [[10 * line + piece for piece in range(4)] for line in range(5)]
 LITERALS = {3: 0x3FF0_0000_1234_5678, 63: 0x4000_0000_0000_0001}
 
 
-def image(**other: int) -> CImage:
+def image(lines: list[list[int]] = LINES, **other: int) -> CImage:
     """A small image for the board of the tests."""
     segments = (CSegment * len(METHOD.segments))(*(c_segment(each, each.number) for each in METHOD.segments))
     fields = {"binary64": 1, "address_bits": 6, "code_width": 100, "identity": IDENTITY} | other
-    pieces = [piece for line in LINES for piece in line]
+    pieces = [piece for line in lines for piece in line]
     return CImage(
         fields["binary64"], fields["address_bits"], fields["code_width"],
-        (ctypes.c_uint32 * len(pieces))(*pieces), len(LINES),
+        (ctypes.c_uint32 * len(pieces))(*pieces), len(lines),
         (ctypes.c_uint32 * 3)(7, 8, 9), 3,
         (ctypes.c_uint32 * len(LITERALS))(*LITERALS), (ctypes.c_uint64 * len(LITERALS))(*LITERALS.values()), len(LITERALS),
         segments, len(segments),
         (CInstruction * 2)(CInstruction(0x0100_0001, 5), CInstruction(0, 6)), 2,
-        fields["identity"], program_digest([7, 8, 9], LINES),
+        fields["identity"], program_digest([7, 8, 9], lines),
     )  # fmt: skip
 
 
@@ -512,8 +512,8 @@ def test_after_a_fault_only_a_reset_leads_on(made: Path) -> None:
 # ---- a driver that is wrong in one place ----
 
 MUTATIONS = {
-    "identity not compared": ("image->identity != pl->identity || ", ""),
-    "digest not compared": ("if (read_register(pl, ORBSOC_REG_DIGEST) != image->digest) return ORBSOC_PL_WRONG_PROGRAM;", ""),
+    "identity not compared": ("image->identity == pl->identity && ", ""),
+    "digest not compared": ("if (read_register(pl, ORBSOC_REG_DIGEST) != digest) return ORBSOC_PL_WRONG_PROGRAM;", "(void)digest;"),
     "literals not read back": ("if (word != image->literals[i]) return ORBSOC_PL_WRONG_PROGRAM;", ""),
     "a digest that is not begun anew": ("  write_register(pl, ORBSOC_REG_DIGEST, 0u);\n", ""),
     "SEQUENCE before SEGMENT": (
