@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from orbsoc.conic.builder import ConicBuilder, HasPoint, Term, Variable
 from orbsoc.conic.named_rows import HasDuals
 from orbsoc.orbit.array import Array
-from orbsoc.orbit.relative import LinearMotion
+from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion
 
 from .programme import ImpulseProgramme
 
@@ -64,13 +64,17 @@ class Pull:
 
 
 def spread_kick(motion: LinearMotion, t_s: float, from_s: float, until_s: float) -> Array:
-    """What a unit of velocity change, spread evenly over a span, has made of the state at a time, (6, 3): by Gauss's rule of 8
-    nodes on pieces of a tenth of the span, exact to rounding for spans of up to a revolution.
+    """What a unit of velocity change, spread evenly over a span, has made of the state at a time, (6, 3): about a circular target
+    in closed form, otherwise by Gauss's rule of 8 nodes on pieces of a tenth of the span, exact to rounding for spans of up to a
+    revolution.
     """
     end = min(t_s, until_s)
     found = np.zeros((6, 3))
     if end <= from_s:
         return found
+    if isinstance(motion, ClohessyWiltshire):
+        pushed = motion.held(np.asarray(end - from_s))
+        return np.asarray(motion.transition(t_s, end) @ pushed / (until_s - from_s))
     nodes, weights = np.polynomial.legendre.leggauss(8)
     edges = np.linspace(from_s, end, 11)
     for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):

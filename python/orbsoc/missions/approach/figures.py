@@ -17,6 +17,7 @@ from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
 from .planner import ApproachPlan
+from .record import spent_words
 from .verification.aborts import kicked
 from .verification.verify import Verification
 
@@ -98,11 +99,12 @@ def _fan(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
     _box(axes, 2.2 * float(plan.approach.axes_m.max()))
     _labels(plan, axes, *PLANE)
     _legend(figure, axes, 3)
-    return write_png(
-        figure, folder, "abort_fan.png",
-        "What follows if the engine fails in the corridor: the drift of an orbit from instants of it, and, where that is not"
-        " safe, the drift after the smallest impulse found that makes it so.",
-    )  # fmt: skip
+    caption = "What follows if the engine fails in the corridor: the drift of an orbit from instants of it"
+    if not plan.approach.held:
+        caption += (
+            ", and, where that is not safe, the drift after the smallest impulse found that makes it so"
+        )
+    return write_png(figure, folder, "abort_fan.png", f"{caption}.")
 
 
 def _speed(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
@@ -125,7 +127,8 @@ def _speed(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
 
 
 def _aborts(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
-    figure, (top, bottom) = panels((7.6, 5.2), (1.2, 1.0))
+    held = plan.approach.held
+    figure, (top, *others) = panels((7.6, 3.6 if held else 5.2), (1.0,) if held else (1.2, 1.0))
     times = np.array([each.time_s for each in found.aborts])
     margins = np.array([each.drift_margin_m for each in found.aborts])
     safe = np.array([each.safe for each in found.aborts])
@@ -136,11 +139,19 @@ def _aborts(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile
     top.axvline(plan.approach.gate_s, color=GREEN, lw=1.0, label="gate is left")
     _labels(plan, top, "", "margin of the\ndrift (m)")
     top.legend(fontsize=9, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+    if held:
+        top.set_xlabel(TIME)
+        caption = (
+            "By when thrust fails: how far outside the keep-out, and off the target's body, the drift stays."
+        )
+        return write_png(figure, folder, "aborts.png", caption)
+    (bottom,) = others
     sizes = np.array([each.size_m_s for each in found.aborts])
     needed = ~safe & np.isfinite(sizes)
-    bottom.stem(
-        times[needed], sizes[needed], linefmt=GREEN, markerfmt="o", basefmt=" ", label="abort impulse"
-    )
+    if needed.any():
+        bottom.stem(
+            times[needed], sizes[needed], linefmt=GREEN, markerfmt="o", basefmt=" ", label="abort impulse"
+        )
     none = ~safe & ~np.isfinite(sizes)
     most = plan.scenario.safety.abort_m_s
     bottom.plot(
@@ -183,7 +194,8 @@ def _space(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
     axes.plot(*near.T, color="#222222", lw=1.8, label="approach")
     nodes = np.array([arc.states[0, :3] @ LVLH.T for arc in found.arcs])
     nodes = nodes[np.linalg.norm(nodes, axis=1) < 3.0 * gate]
-    axes.plot(*nodes.T, ls="none", marker="o", ms=3, color=BLUE, label="impulses")
+    nodes_are = "arcs begin" if plan.approach.held else "impulses"
+    axes.plot(*nodes.T, ls="none", marker="o", ms=3, color=BLUE, label=nodes_are)
     axes.plot([0.0], [0.0], [0.0], marker="s", ms=6, color=GREY, ls="none", label="target")
     for name, words, pad in (("x", "V-bar, x (m)", 8), ("y", "H-bar, y (m)", 8), ("z", "R-bar, z (m)", 4)):
         getattr(axes, f"set_{name}label")(words, labelpad=pad)
@@ -196,7 +208,7 @@ def _space(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
         figure,
         folder,
         "space.png",
-        "The last part of the approach in space: keep-out, corridor, and the impulses.",
+        f"The last part of the approach in space: keep-out, corridor, and where {'arcs of thrust begin' if plan.approach.held else 'impulses are'}.",
     )
 
 
@@ -264,7 +276,7 @@ def _labels(plan: ApproachPlan, axes: Axes, along: str, up: str, *, title: bool 
     axes.set_ylabel(up)
     if title and plan.programme is not None:
         axes.set_title(
-            f"{plan.scenario.name}: {plan.programme.words}", loc="left", fontsize=11, fontweight="bold"
+            f"{plan.scenario.name}: {spent_words(plan)}", loc="left", fontsize=11, fontweight="bold"
         )
 
 

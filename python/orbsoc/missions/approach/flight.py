@@ -16,6 +16,7 @@ import numpy as np
 from orbsoc.guidance.closed_loop import ON_TARGET, Answer, Decision, FlownCycles, Sensed, Trigger
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.impulsive_flight import Chaser, Impulses, LeadTimes
+from orbsoc.guidance.scenario_file import Complaint, ScenarioError
 from orbsoc.guidance.scp import ExitReason, Solve, uninterrupted
 from orbsoc.guidance.setting_out import given_errors, programme_of
 from orbsoc.guidance.verdict import Question, VerdictLine, Word
@@ -78,7 +79,10 @@ class ApproachLoop(LeadTimes):
 
     @classmethod
     def of(cls, scenario: Scenario, solve: Solve) -> ApproachLoop:
-        """Plan on the ground. Raises ScenarioError without errors to fly with, or without a programme."""
+        """Plan on the ground. Raises ScenarioError without errors to fly with, without a programme, or where thrust is held."""
+        if scenario.engine.thrust == "held":
+            allowed = "a closed loop plans impulses again; must be 'impulses'"
+            raise ScenarioError(scenario.name, [Complaint("engine.thrust", "'held'", allowed)])
         given_errors(scenario.name, scenario.uncertainty, "navigation and engine")
         found = planned(scenario, solve)
         programme = programme_of(scenario.name, found, found.programme, "points")

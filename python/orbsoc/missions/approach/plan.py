@@ -17,7 +17,7 @@ from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shorte
 
 from .figures import draw_figures
 from .planner import ApproachPlan, judged, made
-from .record import abort_table, messages, plan_document, spans
+from .record import abort_table, messages, plan_document, spans, spent_words, thrust_table
 from .scenario import Scenario
 from .verification.cuts import WITHIN_M
 from .verification.verify import MISS_M, Verification
@@ -38,7 +38,10 @@ class Plan(ApproachPlan):
     def tables(self) -> Mapping[str, str]:
         if self.programme is None or self.verification is None:
             return {}
-        return {"impulses.csv": self.programme.to_csv(), "aborts.csv": abort_table(self), **messages(self)}
+        flown = {"impulses.csv": self.programme.to_csv()}
+        if self.approach.held:
+            flown = {"thrust.csv": thrust_table(self)}
+        return {**flown, "aborts.csv": abort_table(self), **messages(self)}
 
     def figures(self, folder: Path) -> tuple[FigureFile, ...]:
         return draw_figures(self, folder)
@@ -79,11 +82,11 @@ def _answer(plan: Plan) -> VerdictLine:
     if found is None or plan.programme is None:
         claim = None
         if plan.status is PlanStatus.INFEASIBLE:
-            class_ = "impulses at these instants; points, holds, corridor and engine, at instants, by the linear model"
+            class_ = f"{_class(plan)}; points, holds, corridor and engine, at instants, by the linear model"
             claim = Claim(Kind.PROVED, "no programme", class_, "an infeasibility certificate")
         return VerdictLine(Question.ANSWER, word, shortened(plan.message), claim=claim)
     if plan.status is PlanStatus.VERIFIED:
-        spent = plan.programme.words
+        spent = spent_words(plan)
         if plan.scenario.engine.cost == "absolutes":
             spent = spent.replace(
                 f"{plan.programme.total_m_s:.4f} m/s", f"{plan.cost:.4f} m/s along the axes"
@@ -100,9 +103,9 @@ def _optimum(plan: Plan) -> VerdictLine | None:
     if plan.lower_bound is None or plan.programme is None:
         return None
     gap = (plan.cost - plan.lower_bound) / max(plan.cost, 1e-12)
-    class_ = "impulses at these instants, by the linear model; keep-out, drifts and speed limit left out"
+    class_ = f"{_class(plan)}, by the linear model; keep-out, drifts and speed limit left out"
     if gap < 1e-3:
-        words = f"impulses at these instants cost at least {plan.lower_bound:.4f} m/s"
+        words = f"{_class(plan)} cost at least {plan.lower_bound:.4f} m/s"
         return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BOUND, words, class_, "dual objective", gap))
     count = len(plan.attempts)
     words = (
@@ -112,15 +115,23 @@ def _optimum(plan: Plan) -> VerdictLine | None:
     return VerdictLine.of_claim(Question.OPTIMUM, Claim(Kind.BEST_FOUND, words, class_, evidence, gap))
 
 
+def _class(plan: Plan) -> str:
+    """Of programmes."""
+    return "accelerations held on these arcs" if plan.approach.held else "impulses at these instants"
+
+
 def _engine(plan: Plan) -> VerdictLine | None:
     if plan.programme is None or plan.verification is None:
         return None
-    engine = plan.scenario.engine
+    engine, unit = plan.scenario.engine, plan.approach.limit_unit
     largest = float(plan.verification.corrected.largest_m_s[0])
     check = next(each for each in plan.verification.checks if each.name == "engine")
     word = Word.ENOUGH if check.kept else Word.TOO_WEAK
-    figure = f"largest impulse {engine.largest_m_s - check.margin:.3f} m/s, corrected {largest:.3f} m/s"
-    limit = f"{engine.largest_m_s:g} m/s{' an axis' if engine.limit == 'axes' else ''}"
+    most, what, digits = engine.largest_m_s, "impulse", ".3f"
+    if engine.largest_m_s2 is not None:
+        most, what, digits = engine.largest_m_s2, "acceleration", ".3g"
+    figure = f"largest {what} {most - check.margin:{digits}} {unit}, corrected {largest:{digits}} {unit}"
+    limit = f"{most:g} {unit}{' an axis' if engine.limit == 'axes' else ''}"
     return VerdictLine(Question.ENGINE, word, figure, limit)
 
 
@@ -135,19 +146,21 @@ def _safety(plan: Plan) -> VerdictLine | None:
         "for all time" if safety.all_time else f"for {safety.orbits:g} orbit{'s' * (safety.orbits != 1)}"
     )
     least = found.least_cut_m if safety.cut_burns else found.least_m
-    figure = (
-        f"{least:.2f} m after any {'cut' if safety.cut_burns else 'whole'} burn before the gate, {how_long}"
-    )
+    figure = f"{least:.2f} m after any {'cut' if safety.cut_burns else 'whole'} {_burn(plan)} before the gate, {how_long}"
     needed = [each for each in found.aborts if not each.safe and each.dv_m_s is not None]
     words = []
+    if plan.approach.held and not found.bounded:
+        words.append("drifts are not known from below to 10 mm")
     if found.unsafe_aborts:
-        words.append(f"no abort at {spans(found.unsafe_aborts, safety.abort_every_s)}")
+        what = "no abort impulse, drifts not safe" if plan.approach.held else "no abort"
+        words.append(f"{what} at {spans(found.unsafe_aborts, safety.abort_every_s)}")
     if needed:
         words.append(f"aborts of ≤ {max(each.size_m_s for each in needed):.3f} m/s at {len(needed)} instants")
     if found.drift_with_j2_m < 0.0:
         words.append(f"with J2 and drag {-found.drift_with_j2_m:.1f} m inside")
     words.append(_errors(plan, found))
     strong = not found.unsafe_aborts and found.drift_with_j2_m >= 0.0 and safety.cut_burns
+    strong = strong and (found.bounded or not plan.approach.held)
     word = Word.SAFE if strong else Word.PARTLY
     if not found.safe:
         word = Word.NOT_SAFE
@@ -158,6 +171,10 @@ def _safety(plan: Plan) -> VerdictLine | None:
     return VerdictLine(
         Question.SAFETY, word, figure, limit, "; ".join(words), _nearest(plan, found, how_long)
     )
+
+
+def _burn(plan: Plan) -> str:
+    return "thrust" if plan.approach.held else "burn"
 
 
 def _errors(plan: Plan, found: Verification) -> str:
@@ -173,6 +190,8 @@ def _errors(plan: Plan, found: Verification) -> str:
 
 def _nearest(plan: Plan, found: Verification, how_long: str) -> Claim:
     """What is known of drifts before the gate."""
+    if plan.approach.held:
+        return _nearest_held(found, how_long)
     if plan.approach.circular and plan.approach.spherical:
         return nearest_claim(found.cuts, how_long)
     kind, least = Kind.BOUND, found.least_cut_m
@@ -182,6 +201,17 @@ def _nearest(plan: Plan, found: Verification, how_long: str) -> Claim:
     class_ = f"drifts after any burn, cut anywhere or whole, {how_long}, by the linear model"
     checked = "the nearest fraction at every time; intervals of time cut until that is known to 2 mm"
     return Claim(kind, words, class_, checked)
+
+
+def _nearest_held(found: Verification, how_long: str) -> Claim:
+    """The same of drifts after thrust that is held."""
+    lows = [
+        low for cut in found.cuts for low in (cut.at_least_m, cut.completed_at_least_m) if low is not None
+    ]
+    class_ = f"drifts after any thrust, cut at any instant or not, {how_long} after it, by the linear model"
+    words = f"none comes nearer than {min(lows) / found.keep_out_m:.4f} of the keep-out"
+    checked = "branch and bound over the instants of the cut and of the drift, bends in closed form"
+    return Claim(Kind.BOUND, words, class_, checked)
 
 
 def _flights(plan: Plan) -> VerdictLine | None:

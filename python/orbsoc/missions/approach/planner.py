@@ -202,8 +202,11 @@ def _nothing(approach: Approach, attempts: tuple[Attempt, ...], rows: tuple[Iter
 
 
 def judged(scenario: Scenario, programme: ImpulseProgramme) -> ApproachPlan:
-    """A programme that was made elsewhere. Raises ScenarioError where an impulse lies outside the scenario's time."""
+    """A programme that was made elsewhere. Raises ScenarioError where an impulse lies outside the scenario's time, or thrust is held."""
     approach = Approach.of(scenario)
+    if approach.held:
+        allowed = "a programme of impulses cannot be judged with it; must be 'impulses'"
+        raise ScenarioError(scenario.name, [Complaint("engine.thrust", "'held'", allowed)])
     for t in programme.times_s[[0, -1]]:
         if not 0.0 <= t < scenario.duration_s:
             allowed = f"must lie within 0 and the arrival at the last point, {scenario.duration_s:g}"

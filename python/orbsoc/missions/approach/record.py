@@ -28,7 +28,8 @@ def plan_document(plan: ApproachPlan) -> dict[str, Any]:
         "details": details(plan),
         "delta_v_m_s": programme and programme.total_m_s,
         "cost": _number(plan.cost),
-        "impulses": programme.to_list() if programme else [],
+        "impulses": programme.to_list() if programme and not plan.approach.held else [],
+        "thrust": thrust(plan),
         "constraints": [asdict(check) for check in found.checks] if found else [],
         "audits": [cut.to_dict() for cut in found.cuts] if found else [],
         "aborts": [each.to_dict() for each in found.aborts] if found else [],
@@ -103,7 +104,7 @@ def details(plan: ApproachPlan) -> str:
         gaps = [each.size_m_s - each.at_least_m_s for each in needed if each.dv_m_s is not None]
         if gaps:
             words.append(f"abort impulses are at most {max(gaps):.4f} m/s above the smallest in the plane")
-    if found.unsafe_aborts:
+    if found.unsafe_aborts and not plan.approach.held:
         most = plan.scenario.safety.abort_m_s
         proved = all(each.at_least_m_s >= most for each in found.unsafe_aborts)
         what = "no impulse in the plane" if proved else "no impulse was found that"
@@ -115,9 +116,45 @@ def details(plan: ApproachPlan) -> str:
     return "; ".join(words) or plan.message
 
 
+def spent_words(plan: ApproachPlan) -> str:
+    """The velocity change and on how many arcs, or in how many impulses; those without any are counted apart."""
+    programme = plan.programme
+    assert programme is not None
+    if not plan.approach.held:
+        return programme.words
+    fired, count = programme.fired, len(programme)
+    return f"{programme.total_m_s:.4f} m/s of thrust held on {fired} of {count} arcs"
+
+
+def thrust(plan: ApproachPlan) -> list[dict[str, Any]]:
+    """The `thrust` of plan.json: of each arc the acceleration that is held, (R, T, N); empty without a programme, or with impulses."""
+    approach, programme = plan.approach, plan.programme
+    if programme is None or not approach.held:
+        return []
+    ends = approach.ends_s
+    rows = zip(
+        approach.times_s.tolist(), ends.tolist(), programme.dv_m_s / (ends - approach.times_s)[:, None],
+        programme.sizes_m_s.tolist(), strict=True,
+    )  # fmt: skip
+    return [
+        {"from_s": a, "until_s": b, "acceleration_m_s2": push.tolist(), "dv_m_s": size}
+        for a, b, push, size in rows
+    ]
+
+
+def thrust_table(plan: ApproachPlan) -> str:
+    """`thrust.csv`: of each arc from when until when which acceleration is held, R outward, T along the motion, N normal."""
+    rows = ["from_s,until_s,a_r_m_s2,a_t_m_s2,a_n_m_s2"]
+    for each in thrust(plan):
+        rows.append(",".join(map(repr, (each["from_s"], each["until_s"], *each["acceleration_m_s2"]))))
+    return "\n".join(rows) + "\n"
+
+
 def messages(plan: ApproachPlan) -> dict[str, str]:
-    """`chaser.oem` and `chaser.opm` of a plan, by two-body motion; empty without a programme."""
+    """`chaser.oem` and `chaser.opm` of a plan, by two-body motion; empty without a programme, or where thrust is held."""
     approach = plan.approach
+    if approach.held:
+        return {}
     return two_body_messages(
         plan.scenario.name, plan.programme, approach.start, approach.orbit(),
         duration_s=approach.duration_s, steps=STEPS, epoch_utc=plan.scenario.target.epoch_utc,

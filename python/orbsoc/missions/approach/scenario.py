@@ -150,10 +150,16 @@ class Speed(Table):
 
 
 class Engine(Table):
-    """What an impulse may be, and what is counted."""
+    """How it fires, what an impulse or an acceleration may be, and what is counted."""
 
+    thrust: Literal["impulses", "held"] = Field(
+        default="impulses", description="or an acceleration in R, T and N, held from instant to instant"
+    )
     largest_m_s: Positive = Field(default=10.0, le=1e3, description="of an impulse")
-    limit: Literal["norm", "axes"] = Field(default="norm", description="of the whole impulse, or by axis")
+    largest_m_s2: Positive | None = Field(
+        default=None, le=100.0, description="of an acceleration that is held"
+    )
+    limit: Literal["norm", "axes"] = Field(default="norm", description="of the whole of it, or by axis")
     cost: Literal["norms", "absolutes"] = "norms"
 
 
@@ -229,11 +235,40 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint("safety.all_time", "true", "for all time only about a circular target; give orbits")
     if scenario.keep_out.semi_axes_m is not None and scenario.safety.all_time:
         yield Complaint("safety.all_time", "true", "for all time only with a keep-out sphere; give orbits")
+    yield from _thrust_complaints(scenario)
     yield from _time_complaints(scenario)
     yield from _keep_out_complaints(scenario)
     yield from _corridor_complaints(scenario)
     yield from _half_space_complaints(scenario)
     yield from _speed_complaints(scenario)
+
+
+def _thrust_complaints(scenario: Scenario) -> Iterator[Complaint]:
+    """What does not go with the thrust."""
+    engine, target, safety = scenario.engine, scenario.target, scenario.safety
+    if engine.thrust == "impulses":
+        if engine.largest_m_s2 is not None:
+            allowed = "impulses have a size in m/s; leave it out, or give engine.thrust = 'held'"
+            yield Complaint("engine.largest_m_s2", f"{engine.largest_m_s2:g}", allowed)
+        return
+    if engine.largest_m_s2 is None:
+        yield Complaint("engine.largest_m_s2", "", "must be given with engine.thrust = 'held'")
+    if engine.largest_m_s != Engine().largest_m_s:
+        allowed = "thrust that is held has a limit in m/s²; give engine.largest_m_s2 instead"
+        yield Complaint("engine.largest_m_s", f"{engine.largest_m_s:g}", allowed)
+    if target.elliptic:
+        allowed = "is planned about a circular target alone; give no eccentricity, or 'impulses'"
+        yield Complaint("engine.thrust", "'held'", allowed)
+    if safety.all_time:
+        yield Complaint(
+            "safety.all_time", "true", "thrust that is held is judged for some orbits; give orbits"
+        )
+    if scenario.uncertainty is not None:
+        allowed = "errors of impulses alone are known; leave it out, or give engine.thrust = 'impulses'"
+        yield Complaint("uncertainty", "", allowed)
+    if safety.abort_m_s != Safety().abort_m_s:
+        allowed = "an abort is an impulse; leave it out, or give engine.thrust = 'impulses'"
+        yield Complaint("safety.abort_m_s", f"{safety.abort_m_s:g}", allowed)
 
 
 def _time_complaints(scenario: Scenario) -> Iterator[Complaint]:

@@ -52,6 +52,24 @@ class ClohessyWiltshire:
         rows = _rows(n, dt_s, np.sin(n * dt_s), np.cos(n * dt_s))
         return np.moveaxis(np.array([[entry * one for entry in row] for row in rows]), (0, 1), (-2, -1))
 
+    def held(self, dt_s: Array) -> Array:
+        """What a unit of acceleration held for times (...,) has made of a state at rest: (..., 6, 3), frame (R, T, N)."""
+        n, t, angle = self.mean_motion_rad_s, np.asarray(dt_s, np.float64), self.mean_motion_rad_s * dt_s
+        # 1 − cos and angle − sin lose their digits for small angles
+        versed, late = 2.0 * np.sin(0.5 * angle) ** 2 / n**2, _late(angle) / n**2
+        found = np.zeros((*t.shape, 6, 3))
+        found[..., 0, 0] = found[..., 2, 2] = versed
+        found[..., 0, 1], found[..., 1, 0] = 2.0 * late, -2.0 * late
+        found[..., 1, 1] = 4.0 * versed - 1.5 * t**2
+        found[..., 3:, :] = self.transitions(t)[..., :3, 3:]
+        return found
+
+
+def _late(angle: Array) -> Array:
+    """angle − sin(angle)."""
+    series = angle**3 / 6.0 * (1.0 - angle**2 / 20.0 * (1.0 - angle**2 / 42.0 * (1.0 - angle**2 / 72.0)))
+    return np.asarray(np.where(np.abs(angle) < 0.1, series, angle - np.sin(angle)))
+
 
 def _rows(n: float, dt: Any, s: Any, c: Any) -> list[list[Any]]:
     """By a time, or by many at once, with sine and cosine of its angle."""

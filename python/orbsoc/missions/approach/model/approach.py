@@ -90,6 +90,24 @@ class Approach:
         return not any(each.any() for each in (*places, *(each[2:] for each in speeds if each is not None)))
 
     @property
+    def held(self) -> bool:
+        """Whether the engine holds an acceleration along every arc, instead of an impulse at its beginning."""
+        return self.scenario.engine.thrust == "held"
+
+    @property
+    def largest_m_s(self) -> Array:
+        """Of the velocity change of each arc, (K,): what the engine gives, whole or by axis."""
+        engine = self.scenario.engine
+        if engine.largest_m_s2 is None:
+            return np.full(self.times_s.size, engine.largest_m_s)
+        return np.asarray(engine.largest_m_s2 * (self.ends_s - self.times_s))
+
+    @property
+    def limit_unit(self) -> str:
+        """Of what the engine gives at most."""
+        return "m/s²" if self.held else "m/s"
+
+    @property
     def circular(self) -> bool:
         """Whether the motion is that about a circular target."""
         return isinstance(self.motion, ClohessyWiltshire)
@@ -131,6 +149,21 @@ class Approach:
             return self.motion.transitions(times_s - from_s)
         pairs = zip(times_s.tolist(), from_s.tolist(), strict=True)
         return np.array([self.motion.transition(t, at) for t, at in pairs]).reshape(-1, 6, 6)
+
+    def responses(self, times_s: Array, arcs: Index, fractions: Array) -> Array:
+        """From what arcs begin with, as `problem.flown` tells it, to the states at times (S,) of the arcs (S,).
+
+        After impulses they are transition matrices (S, 6, 6). Thrust that is held is cut at `fractions` (S,) of the arc, if it is
+        not later than the time: (S, 6, 9) on the state at the arc's beginning and the velocity change of the whole arc.
+        """
+        starts = self.times_s[arcs]
+        if not self.held:
+            return self.transitions(times_s, starts)
+        assert isinstance(self.motion, ClohessyWiltshire)  # the scenario checks it
+        whole, lapse = self.ends_s[arcs] - starts, times_s - starts
+        pushed = np.clip(fractions * whole, 0.0, np.maximum(lapse, 0.0))
+        kick = self.motion.transitions(lapse - pushed) @ self.motion.held(pushed) / whole[:, None, None]
+        return np.concatenate([self.motion.transitions(lapse), kick], axis=2)
 
     def instants(self, first_s: float, last_s: float, each: int = 1) -> Array:
         """Every `each`-th instant of the common grid within a span, and its ends."""

@@ -13,16 +13,11 @@ from orbsoc.orbit.array import Array, Flags
 
 from .approach import Approach
 from .instants import Instant, Instants
+from .nearest_held import EACH, FINE, NEAR_M, HeldDrifts, piece_depths
 from .problem import flown
 
-EACH = 3
-"""Of the common instants each third is looked at in a drift before the nearest is refined."""
 AN_ARC = 24
 """Intervals of an arc."""
-NEAR_M = 80.0
-"""Outside the keep-out, up to which a drift is refined between the instants: what it flies from one to the next."""
-FINE = 9
-"""Instants at which each span is looked at, twice."""
 BROKEN_M = 5e-4
 """By which a condition must be broken to be asked for at another instant."""
 
@@ -45,7 +40,11 @@ class Search:
         """Of a programme at the approach's instants; with `normals` (K, 3) the drift after an impulse stays beyond the plane of
         its own."""
         after = flown(self.approach, programme)
-        found: dict[str, list[tuple[Instant, float]]] = {"keep_out": self._drifts(after, programme, normals)}
+        if self.approach.held:
+            drifts = self._held.nearest(after, normals)
+        else:
+            drifts = self._drifts(after, programme, normals)
+        found: dict[str, list[tuple[Instant, float]]] = {"keep_out": drifts}
         states = np.einsum("ksij,kj->ksi", self._arcs, after)
         scenario, gate = self.approach.scenario, self.approach.guarded
         if scenario.corridor is not None:
@@ -71,6 +70,10 @@ class Search:
         return Broken(Instants(**rows), max(worst, 0.0))
 
     @cached_property
+    def _held(self) -> HeldDrifts:
+        return HeldDrifts(self.approach)
+
+    @cached_property
     def _arc_times(self) -> Array:
         """Instants of each arc, (K, AN_ARC + 1)."""
         shares = np.linspace(0.0, 1.0, AN_ARC + 1)
@@ -79,10 +82,11 @@ class Search:
 
     @cached_property
     def _arcs(self) -> Array:
-        """From the state after each impulse to those instants, (K, AN_ARC + 1, 6, 6)."""
+        """From what each arc begins with to the states at those instants, (K, AN_ARC + 1, 6, …)."""
         times = self._arc_times
-        starts = np.repeat(times[:, 0], AN_ARC + 1)
-        return self.approach.transitions(times.ravel(), starts).reshape(*times.shape, 6, 6)
+        arcs = np.repeat(np.arange(len(times)), AN_ARC + 1)
+        found = self.approach.responses(times.ravel(), arcs, np.ones(arcs.size))
+        return found.reshape(*times.shape, 6, -1)
 
     def _least(self, margins: Array, wanted: Flags) -> list[tuple[Instant, float]]:
         """The instant of the least margin of each arc, of margins (K, AN_ARC + 1)."""
@@ -129,7 +133,7 @@ class Search:
                 first, last = np.searchsorted(times, [starts[g], end + 1e-9]).tolist()
                 pair = np.stack([before[g] if not whole else after[g], after[g]], axis=1)
                 places = positions[first:last] @ (self._back[g] @ pair)
-                depths, _ = self._depths(places, None if normals is None else normals[g])
+                depths, _ = piece_depths(self.approach, places, None if normals is None else normals[g])
                 inner = np.pad(depths, 1, constant_values=np.inf)
                 least = (depths <= inner[:-2]) & (depths <= inner[2:]) & (depths < NEAR_M)
                 for m in (first + np.flatnonzero(least)).tolist():
@@ -140,22 +144,6 @@ class Search:
         if np.isinf(approach.horizon_s) and approach.spherical:
             found += self._for_all_time(before, after[:count], cut, normals)
         return found
-
-    def _depths(self, places: Array, normal: Array | None) -> tuple[Array, Array]:
-        """How far outside the keep-out with its margin, or beyond its plane, the nearest of each piece (..., 3, 2) is, m, and
-        the fraction that it is at."""
-        axes = self.approach.outer_m
-        scaled = places / axes[:, None]
-        first, along = scaled[..., 0], scaled[..., 1] - scaled[..., 0]
-        if normal is not None:
-            fractions = np.where((along * normal).sum(axis=-1) < 0.0, 1.0, 0.0)
-        else:
-            fractions = np.clip(
-                -(first * along).sum(axis=-1) / np.maximum((along**2).sum(axis=-1), 1e-30), 0.0, 1.0
-            )
-        nearest = first + fractions[..., None] * along
-        sizes = np.linalg.norm(nearest, axis=-1) if normal is None else (nearest * normal).sum(axis=-1)
-        return float(axes.min()) * (sizes - 1.0), fractions
 
     def _refined(
         self,
@@ -175,7 +163,7 @@ class Search:
         for _ in range(2):
             fine = np.linspace(low, high, FINE, axis=1)
             to = self.approach.transitions(fine.ravel(), starts)[:, :3].reshape(-1, FINE, 3, 6)
-            depths, fractions = self._depths(to @ pairs, normal)
+            depths, fractions = piece_depths(self.approach, to @ pairs, normal)
             best = depths.argmin(axis=1)
             low, high = fine[every, np.maximum(best - 1, 0)], fine[every, np.minimum(best + 1, FINE - 1)]
         fractions = np.where(whole, 1.0, fractions[every, best])
@@ -198,6 +186,7 @@ class Search:
             rows = approach.motion.transition(at + least.after_s, at)[:3]
             place = rows @ (pair[:, 0] + least.fraction * (pair[:, 1] - pair[:, 0]))
             normal = None if normals is None else normals[k]
-            depth = float(self._depths(np.stack([place, place], axis=1)[None], normal)[0][0])
+            pieces = np.stack([place, place], axis=1)[None]
+            depth = float(piece_depths(approach, pieces, normal)[0][0])
             found.append((Instant(k, at + least.after_s, least.fraction if cut else 1.0), depth))
         return found

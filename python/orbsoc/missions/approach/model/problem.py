@@ -30,8 +30,24 @@ PRICE = 1.0
 
 
 def flown(approach: Approach, programme: ImpulseProgramme) -> Array:
-    """States just after each impulse, (K, 6), the first of them at the start."""
+    """What arcs begin with: states just after each impulse, (K, 6), the first of them at the start.
+
+    With thrust that is held, the states there, and the velocity change of the arc, (K, 9).
+    """
+    if approach.held:
+        return _pushed(approach, programme)
     return states_after(programme, approach.start, approach.motion, float(approach.times_s[0]))
+
+
+def _pushed(approach: Approach, programme: ImpulseProgramme) -> Array:
+    count = len(programme)
+    ends = approach.responses(approach.ends_s, np.arange(count), np.ones(count))
+    begun = np.zeros((count, 9))
+    begun[:, 6:] = programme.dv_m_s
+    begun[0, :6] = approach.start
+    for k in range(1, count):
+        begun[k, :6] = ends[k - 1] @ begun[k - 1]
+    return begun
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,8 +88,9 @@ class Form:
         self.approach, self.room, self.builder = approach, room, ConicBuilder()
         axes = (0, 1) if approach.planar else (0, 1, 2)
         self.impulses = Impulses(
-            self.builder, approach.motion, approach.times_s, approach.start, linked=True, axes=axes
-        )
+            self.builder, approach.motion, approach.times_s, approach.start, linked=True, axes=axes,
+            until_s=approach.ends_s if approach.held else None,
+        )  # fmt: skip
         self._convex()
         self._entered = int(self.builder.variable(ENTERED, 1).index[0])
         self.builder.cost([self._entered], PRICE)
@@ -86,14 +103,17 @@ class Form:
         engine, impulses, builder = self.approach.scenario.engine, self.impulses, self.builder
         impulses.cost(engine.cost)
         dv, bounds = impulses.dv, impulses.bounds
+        most = self.approach.largest_m_s
+        by_axis = np.repeat(most, len(impulses.axes))
         if (engine.limit, engine.cost) in (("norm", "norms"), ("axes", "absolutes")):
             assert bounds is not None  # what is counted is what is limited
-            builder.nonnegative([(bounds, np.eye(bounds.index.size))], engine.largest_m_s, name="engine")
+            each = most if engine.limit == "norm" else by_axis
+            builder.nonnegative([(bounds, np.eye(bounds.index.size))], each, name="engine")
         elif engine.limit == "axes":
-            builder.bounds(dv, -engine.largest_m_s, engine.largest_m_s, name="engine")
+            builder.bounds(dv, -by_axis, by_axis, name="engine")
         else:
-            each = len(impulses.axes)
-            builder.norm([(dv, np.eye(dv.index.size))], bound=engine.largest_m_s, size=each, name="engine")
+            size = len(impulses.axes)
+            builder.norm([(dv, np.eye(dv.index.size))], bound=most, size=size, name="engine")
         plane = np.eye(6)[[0, 1, 3, 4]] if self.approach.planar else np.eye(6)
         many = len(plane) // 2
         begun_s = float(self.approach.times_s[0])
@@ -106,7 +126,8 @@ class Form:
                 )
             if velocity is not None and (ahead or (point.hold_s and point.arrive_s == begun_s)):
                 impulses.meet(
-                    point.arrive_s, velocity[:many], matrix=plane[many:], before=not point.hold_s,
+                    point.arrive_s, velocity[:many], matrix=plane[many:],
+                    before=self.approach.held or not point.hold_s,
                     name=f"velocity at {name}",
                 )  # fmt: skip
 
@@ -183,12 +204,14 @@ class Form:
                 taken[each.arc] = taken.get(each.arc, 0) + 1
             arcs = np.array([each.arc for each in wanted])
             fractions = np.array([each.fraction for each in wanted])
-            kick = fractions[:, None, None] * matrix[:, :, 3:][:, :, : len(impulses.axes)]
-            parts = [-matrix[:, :, driven], -kick]
+            state, kick = matrix[:, :, :6], matrix[:, :, 6:]
+            if not self.approach.held:  # an impulse that is flown by a fraction
+                kick = fractions[:, None, None] * matrix[:, :, 3:]
+            parts = [-state[:, :, driven], -kick[:, :, list(impulses.axes)]]
             if kind == KEEP_OUT:
                 parts.append(np.full((len(wanted), 1, 1), -1.0))
             numbers[positions[places]] = np.concatenate(parts, axis=2)
-            known = np.einsum("srj,sj->sr", matrix, impulses.known_before(arcs))
+            known = np.einsum("srj,sj->sr", state, impulses.known_before(arcs))
             h[sides[places]] = constant + known
             where[kind] = sides[places]
         filled = csc.from_parts(numbers[:-1], G.indices, G.indptr, G.shape)

@@ -1,4 +1,6 @@
-"""Rows of the conditions at instants, as matrices on the state just after an impulse: M · state + c in a cone.
+"""Rows of the conditions at instants, as matrices on what an arc begins with, the state just after an impulse: M · state + c in a cone.
+
+With thrust that is held it begins with a state and the velocity change of the arc.
 
 Outside the keep-out is not convex: at each instant the flight stays beyond a plane that touches it, with a given normal. The
 speed limit by range uses the range along a given direction, which is no longer than the range.
@@ -33,9 +35,10 @@ def heights(approach: Approach) -> dict[str, int]:
 def rows_of(
     approach: Approach, kind: str, instants: Sequence[Instant], about: Reference, normals: Array | None
 ) -> tuple[Array, Array]:
-    """Matrices (S, rows, 6) and constants (S, rows); `normals` (K, 3) are those of the planes of each arc."""
+    """Matrices (S, rows, 6), or (S, rows, 9) of thrust that is held, and constants (S, rows); `normals` (K, 3) are those of the
+    planes of each arc."""
     arcs, times, fractions = arrays(instants)
-    to = approach.transitions(times, approach.times_s[arcs])
+    to = approach.responses(times, arcs, fractions)
     if kind == KEEP_OUT:
         axes = approach.outer_m
         sight = about.sight(arcs, to, fractions, axes) if normals is None else normals[arcs]
@@ -58,8 +61,8 @@ def rows_of(
 
 
 class Reference:
-    """A flight that planes and directions are seen from: states just after the impulses (K, 6), and the impulses; without one
-    directions are those of straight lines between the points."""
+    """A flight that planes and directions are seen from: what its arcs begin with, as `problem.flown` tells it, and the impulses;
+    without one directions are those of straight lines between the points."""
 
     def __init__(self, approach: Approach, programme: ImpulseProgramme | None, states: Array | None) -> None:
         self.approach, self.programme, self.states = approach, programme, states
@@ -69,7 +72,8 @@ class Reference:
         assert self.states is not None
         assert self.programme is not None
         states = self.states[arcs]
-        states[:, 3:] -= (1.0 - fractions[:, None]) * self.programme.dv_m_s[arcs]
+        if not self.approach.held:
+            states[:, 3:] -= (1.0 - fractions[:, None]) * self.programme.dv_m_s[arcs]
         return _unit(np.einsum("sij,sj->si", to[:, :3], states) / axes)
 
     def direction(self, arcs: Index, times: Array, to: Array) -> Array:
@@ -120,7 +124,7 @@ def _speed(approach: Approach, to: Array, sight: Array) -> tuple[Array, Array]:
 
 def _hold(approach: Approach, arcs: Index, to: Array) -> tuple[Array, Array]:
     many = 2 if approach.planar else 3
-    matrix = np.concatenate([np.zeros((len(to), 1, 6)), to[:, :many]], axis=1)
+    matrix = np.concatenate([np.zeros((len(to), 1, to.shape[2])), to[:, :many]], axis=1)
     constant = np.empty((len(to), 1 + many))
     for s, t in enumerate(approach.times_s[arcs].tolist()):
         point = next(point for _, point in approach.holds() if point.arrive_s <= t < point.leave_s)

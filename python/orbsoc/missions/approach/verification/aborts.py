@@ -2,7 +2,7 @@
 
 A drift is safe if it stays off the target's body, and, once it is outside the keep-out, stays outside for the scenario's orbits.
 Inside the corridor it begins inside. The impulse lies in the orbital plane and has a bound (`least_abort`); what is told has been
-judged on chords of a fine drift with their bends.
+judged on chords of a fine drift with their bends. Thrust that is held has no impulse: drifts alone are judged.
 """
 
 from __future__ import annotations
@@ -131,6 +131,8 @@ class Judge:
         here = self.judged(t_s, state)
         if here >= -LIMIT_M:
             return Abort(t_s, state, here, np.zeros(3), here)
+        if self.approach.held:
+            return Abort(t_s, state, here, None, -np.inf)
         keep_out = self.approach.scenario.keep_out
         places = Places(self._looked_at(t_s), state, self.approach.axes_m, keep_out.body_m)
         largest = self.approach.scenario.safety.abort_m_s

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from orbsoc.guidance.impulses import ImpulseProgramme
+from orbsoc.guidance.held_thrust import HeldThrust
+from orbsoc.guidance.impulses import ImpulseProgramme, spread_kick
 from orbsoc.guidance.relative_flight import TRUTHS
 from orbsoc.guidance.uncertainty import Uncertainty
 from orbsoc.orbit import state_from_elements
@@ -22,7 +23,6 @@ from orbsoc.orbit.perturbations import coast
 from orbsoc.orbit.relative import absolute_state, relative_state
 
 from ..model.approach import Approach
-from ..scenario import Engine
 from .linear import LIMIT_M, Arc
 
 MISS_SHARE, LEAST_MISS_M, CORRECTION_M_S = 0.01, 0.1, 0.01
@@ -36,7 +36,9 @@ class CorrectedFlights:
     """Of B flights: times (M,), relative positions (M, B, 3) and speeds (M, B), and what they kept.
 
     Least distances outside the keep-out before the gate (B,) and inside the corridor after it (B,), m; miss of the last point
-    (B,), m, and of its velocity (B,), m/s; Δv (B,); the largest impulse (B,). After each impulse the inertial pairs (K, B, 2, 6).
+    (B,), m, and of its velocity (B,), m/s; Δv (B,); the largest impulse (B,), or acceleration that is held, m/s², whole or by
+    axis as it is limited. The inertial pairs of each arc from which drifts are judged (K, P, B, 2, 6): after the impulse, or where
+    thrust that is held may be cut.
     """
 
     times_s: Array
@@ -49,7 +51,11 @@ class CorrectedFlights:
     miss_m_s: Array
     delta_v_m_s: Array
     largest_m_s: Array
-    pairs_after: Array
+    pairs: Array
+
+    def pairs_before(self, count: int) -> Array:
+        """Of the first flight's first `count` arcs the pairs from which drifts are judged, (S, 2, 6)."""
+        return self.pairs[:count, :, 0].reshape(-1, 2, 6)
 
     @property
     def entered(self) -> int:
@@ -76,8 +82,7 @@ class CorrectedFlights:
 
 
 def gains(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, ...]) -> Array:
-    """Of each impulse, what a deviation of the state before it adds to it, (K, 3, 6)."""
-    kick = np.vstack([np.zeros((3, 3)), np.eye(3)])
+    """Of each impulse, or velocity change of an arc, what a deviation of the state before it adds to it, (K, 3, 6)."""
     price = np.eye(3) / CORRECTION_M_S**2
     last = flown[-1].states[-1]
     value = _price(float(np.linalg.norm(last[:3])))
@@ -86,10 +91,18 @@ def gains(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, ...
     for k in reversed(range(len(programme))):
         arc = flown[k]
         transition = approach.motion.transition(float(arc.times_s[-1]), float(arc.times_s[0]))
-        pulled = transition.T @ value @ transition
+        pulled, kick = transition.T @ value @ transition, _kick(approach, arc)
         found[k] = -np.linalg.solve(price + kick.T @ pulled @ kick, kick.T @ pulled)
         value = pulled + pulled @ kick @ found[k] + _price(float(np.linalg.norm(arc.states[0, :3])))
     return found
+
+
+def _kick(approach: Approach, arc: Arc) -> Array:
+    """The state at the arc's beginning whose drift ends where a unit of its velocity change leads, (6, 3)."""
+    motion, (first, last) = approach.motion, arc.times_s[[0, -1]].tolist()
+    if not approach.held:
+        return np.vstack([np.zeros((3, 3)), np.eye(3)])
+    return np.asarray(motion.transition(first, last) @ spread_kick(motion, last, first, last))
 
 
 def _price(range_m: float) -> Array:
@@ -112,24 +125,28 @@ def fly_corrected(
     spent, largest = np.zeros(runs), np.zeros(runs)
     for k, arc in enumerate(flown):
         states = _relative(pairs, acting)
-        planned = arc.states[0].copy()
-        planned[3:] -= programme.dv_m_s[k]
+        planned, fired = arc.states[0].copy(), np.empty((runs, 3))
+        lasts_s = float(arc.times_s[-1] - arc.times_s[0]) if approach.held else 1.0
+        if not approach.held:
+            planned[3:] -= programme.dv_m_s[k]
         for run in range(runs):
             known = errors.navigated(states[run], draws[run]) if errors else states[run]
             dv = programme.dv_m_s[k] + law[k] @ (known - planned)
-            dv = _limited(dv, scenario.engine)
-            dv = errors.executed(dv, draws[run]) if errors else dv
-            states[run, 3:] += dv
-            size = float(np.linalg.norm(dv))
-            spent[run] += size
-            largest[run] = max(largest[run], size)
+            dv = _limited(dv, float(approach.largest_m_s[k]), scenario.engine.limit)
+            fired[run] = errors.executed(dv, draws[run]) if errors else dv
+        spent += np.linalg.norm(fired, axis=1)
+        by_axis = scenario.engine.limit == "axes"
+        largest = np.maximum(largest, np.linalg.norm(fired, np.inf if by_axis else 2, axis=1) / lasts_s)
+        if not approach.held:
+            states[:, 3:] += fired
         bodies = pairs[:, 0]
         pulls = _pulls(pairs.reshape(-1, 6), acting)[::2]
         chasers = [absolute_state(*each) for each in zip(bodies, states, pulls, strict=True)]
         pairs = np.stack([bodies, np.array(chasers)], axis=1)
-        after.append(pairs.copy())
+        thrust = [HeldThrust(fired / lasts_s)] if approach.held else []
         grid = np.linspace(arc.times_s[0], arc.times_s[-1], SAMPLES)
-        flight = coast(pairs.reshape(-1, 6), grid, acting, rtol=RTOL).reshape(SAMPLES, runs, 2, 6)
+        flight = coast(pairs.reshape(-1, 6), grid, [*acting, *thrust], rtol=RTOL).reshape(SAMPLES, runs, 2, 6)
+        after.append(flight if approach.held else pairs[None])
         rows.append(np.array([_relative(each, acting) for each in flight]))
         times.append(grid)
         pairs = flight[-1]
@@ -149,10 +166,9 @@ def fly_corrected(
     )  # fmt: skip
 
 
-def _limited(dv: Array, engine: Engine) -> Array:
-    """What the engine gives of a velocity change (3,): no more than its largest."""
-    most = engine.largest_m_s
-    if engine.limit == "axes":
+def _limited(dv: Array, most: float, limit: str) -> Array:
+    """What the engine gives of a velocity change (3,): no more than its largest, whole or by axis, m/s."""
+    if limit == "axes":
         return dv.clip(-most, most)
     return np.asarray(dv * min(1.0, most / max(float(np.linalg.norm(dv)), 1e-30)))
 

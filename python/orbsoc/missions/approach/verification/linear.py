@@ -21,9 +21,11 @@ from ..model.approach import Approach
 
 LIMIT_M = 0.01
 """Within which a condition on a length counts as kept."""
-LIMIT_M_S = 1e-4
+LIMITS = {"m": LIMIT_M, "m/s": 1e-4, "m/s²": 1e-6}
+"""The same of every condition, by its unit."""
 AN_ORBIT = 1850
 """Samples of a revolution."""
+PUSH_BEND_M = 5e-4
 KEEP_OUT, CORRIDOR, SPEED = "keep-out on the way", "corridor", "speed by range"
 HALF_SPACE = "half-space"
 
@@ -33,7 +35,7 @@ class Check(mission.Check):
 
     @property
     def kept(self) -> bool:
-        return self.margin >= -(LIMIT_M if self.unit == "m" else LIMIT_M_S)
+        return self.margin >= -LIMITS[self.unit]
 
     def __str__(self) -> str:
         return f"{self.name} is broken by {-self.margin:.3g} {self.unit} at {self.at_s:.0f} s"
@@ -41,7 +43,7 @@ class Check(mission.Check):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arc:
-    """The coast after an impulse: times (M,), states (M, 6), and above how far it bends from chord to chord, m and m/s."""
+    """The coast after an impulse, or the flight while thrust is held: times (M,), states (M, 6), and above how far it bends from chord to chord, m and m/s."""
 
     times_s: Array
     states: Array
@@ -50,22 +52,34 @@ class Arc:
 
 
 def arcs(approach: Approach, programme: ImpulseProgramme) -> tuple[Arc, ...]:
-    """Every coast of the programme, integrated."""
+    """Every arc of the programme, integrated."""
     ecc = approach.scenario.target.eccentricity if not approach.circular else 0.0
     model = LinearFlight(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
     ends = np.append(programme.times_s[1:], approach.duration_s)
     grids = [
-        np.linspace(a, b, int(np.ceil((b - a) * AN_ORBIT / approach.period_s)) + 1)
-        for a, b in zip(programme.times_s.tolist(), ends.tolist(), strict=True)
+        np.linspace(a, b, _samples(approach, b - a, size) + 1)
+        for a, b, size in zip(programme.times_s.tolist(), ends.tolist(), programme.sizes_m_s, strict=True)
     ]
-    states, after, _ = model.flown(programme, approach.start, np.unique(np.concatenate(grids)))
+    every = np.unique(np.concatenate(grids))
+    states, after, _ = model.flown(programme, approach.start, every, held=approach.held)
     found, first = [], 0
     for k, grid in enumerate(grids):
         own = states[first : first + grid.size].copy()
         own[0] = after[k]
-        found.append(Arc(grid, own, *bends(approach, grid, own)))
+        bend = bends(approach, grid, own)
+        if approach.held:
+            bend = pushed_bends(approach, grid, own[0], programme.dv_m_s[k] / (grid[-1] - grid[0]))
+        found.append(Arc(grid, own, *bend))
         first += grid.size - 1
     return tuple(found)
+
+
+def _samples(approach: Approach, lasts_s: float, size_m_s: float) -> int:
+    """Chords of an arc: so many that a push that is held bends none by more than `PUSH_BEND_M`."""
+    count = int(np.ceil(lasts_s * AN_ORBIT / approach.period_s))
+    if approach.held:
+        count = max(count, int(np.ceil(np.sqrt(lasts_s * size_m_s / (8.0 * PUSH_BEND_M)))))
+    return count
 
 
 def bends(approach: Approach, times_s: Array, states: Array) -> tuple[float, float]:
@@ -74,15 +88,51 @@ def bends(approach: Approach, times_s: Array, states: Array) -> tuple[float, flo
     step = float(apart.max())
     n = approach.mean_motion_rad_s
     if approach.circular:
-        x, _, z, vx, vy, vz = states[0]
-        centre = 4.0 * x + 2.0 * vy / n
-        swing, across = np.hypot(x - centre, vx / n), np.hypot(z, vz / n)
-        largest = n**2 * float(np.sqrt(4.0 * swing**2 + across**2))
+        largest = largest_acceleration(n, states[0])
         return step**2 / 8.0 * largest, step**2 / 8.0 * n * largest
     pull = np.diff(states[:, 3:], axis=0) / apart[:, None]
     jerk = np.diff(pull, axis=0) / apart[1:, None] if len(pull) > 1 else np.zeros((1, 3))
     largest, changes = (2.0 * float(np.linalg.norm(each, axis=1).max(initial=0.0)) for each in (pull, jerk))
     return step**2 / 8.0 * largest, step**2 / 8.0 * max(changes, n * largest)
+
+
+def _swings(n: float, state: Array) -> tuple[float, float, float]:
+    """Of a drift about a circular target from a state (6,): how far its centre lies outward, and how far it swings along the track
+    and across it, m."""
+    x, _, z, vx, vy, vz = state.tolist()
+    centre = 4.0 * x + 2.0 * vy / n
+    return centre, 2.0 * float(np.hypot(x - centre, vx / n)), float(np.hypot(z, vz / n))
+
+
+def pushed_rate(n: float, state: Array, push: Array) -> Array:
+    """The rate (6,) of a state (6,) about a circular target under an acceleration (3,) that is held.
+
+    While it is held the rate changes as the state of a drift does: ẍ = A ẋ where ẋ = A x + K a.
+    """
+    x, _, z, vx, vy, _ = state.tolist()
+    pull = np.array([3.0 * n**2 * x + 2.0 * n * vy, -2.0 * n * vx, -(n**2) * z])
+    return np.concatenate([state[3:], pull + push])
+
+
+def largest_speed(n: float, state: Array) -> float:
+    """Above the speed of a drift about a circular target from a state (6,), whenever, m/s."""
+    centre, along, across = _swings(n, state)
+    return n * float(np.hypot(1.5 * abs(centre) + along, across))
+
+
+def largest_acceleration(n: float, state: Array) -> float:
+    """The same of the drift's acceleration, m/s²."""
+    return n**2 * float(np.hypot(*_swings(n, state)[1:]))
+
+
+def pushed_bends(approach: Approach, times_s: Array, state: Array, push: Array) -> tuple[float, float]:
+    """The same as `bends` of the flight from a state (6,) while an acceleration (3,) is held, about a circular target: a position's
+    second derivative is the speed of the drift that its rate makes, a velocity's second that drift's acceleration."""
+    n, step = approach.mean_motion_rad_s, float(np.diff(times_s).max())
+    rate = pushed_rate(n, state, push)
+    jerk = largest_acceleration(n, rate)
+    pull = float(np.linalg.norm(rate[3:])) + float(times_s[-1] - times_s[0]) * jerk
+    return step**2 / 8.0 * min(pull, largest_speed(n, rate)), step**2 / 8.0 * jerk
 
 
 def checks(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, ...]) -> tuple[Check, ...]:
@@ -119,7 +169,7 @@ def _checks(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, .
         yield Check(f"reach {name}", -miss, "m", point.arrive_s)
         velocity = point.velocity()
         if velocity is not None:
-            state = flown[k + 1].states[0] if point.hold_s else arrived
+            state = flown[k + 1].states[0] if point.hold_s and not approach.held else arrived
             yield Check(
                 f"velocity at {name}", -float(np.linalg.norm(state[3:] - velocity)), "m/s", point.arrive_s
             )
@@ -137,8 +187,11 @@ def _checks(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, .
             yield _least(f"hold at {name}", "m", away)
     engine = scenario.engine
     each = programme.sizes_m_s if engine.limit == "norm" else np.abs(programme.dv_m_s).max(axis=1)
+    if approach.held:
+        each = each / (approach.ends_s - approach.times_s)
+    most = engine.largest_m_s if engine.largest_m_s2 is None else engine.largest_m_s2
     k = int(each.argmax())
-    yield Check("engine", engine.largest_m_s - float(each[k]), "m/s", float(programme.times_s[k]))
+    yield Check("engine", most - float(each[k]), approach.limit_unit, float(programme.times_s[k]))
 
 
 def _least(name: str, unit: str, rows: list[tuple[Arc, Array]]) -> Check:

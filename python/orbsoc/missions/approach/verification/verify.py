@@ -18,6 +18,7 @@ from .aborts import Abort, aborts
 from .closed_loop import CorrectedFlights, fly_corrected
 from .cuts import audit_cuts
 from .errors import room_m
+from .held_cuts import audit_held
 from .linear import LIMIT_M, Arc, Check, arcs, checks
 
 MISS_M, MISS_M_S = 0.1, 0.01
@@ -91,6 +92,18 @@ class Verification:
         return tuple(found)
 
     @property
+    def bounded(self) -> bool:
+        """Whether what is told of the nearest drift is known from below, to 10 mm."""
+        return all(
+            low is not None and low >= near - LIMIT_M
+            for cut in self.cuts
+            for near, low in (
+                (cut.distance_m, cut.at_least_m),
+                (cut.completed_m, cut.completed_at_least_m),
+            )
+        )
+
+    @property
     def verified(self) -> bool:
         return not self.failures
 
@@ -104,22 +117,24 @@ def verify(approach: Approach, programme: ImpulseProgramme) -> Verification:
     return Verification(
         arcs=flown,
         checks=checks(approach, programme, flown),
-        cuts=_cuts(approach, programme.first(before)),
+        cuts=_cuts(approach, programme.first(before), flown),
         aborts=aborts(approach, flown),
         corrected=corrected,
-        drift_with_j2_m=_drifts(approach, corrected.pairs_after[:before, 0]),
+        drift_with_j2_m=_drifts(approach, corrected.pairs_before(before)),
         keep_out_m=float(approach.axes_m.min()),
         cut_burns=scenario.safety.cut_burns,
         room_m=inf if errors is None else room_m(approach, programme, flown, errors),
     )
 
 
-def _cuts(approach: Approach, programme: ImpulseProgramme) -> tuple[CutBurn, ...]:
+def _cuts(approach: Approach, programme: ImpulseProgramme, flown: tuple[Arc, ...]) -> tuple[CutBurn, ...]:
     """Of the impulses that are fired, and of the first; the drift after another one is that before it."""
     if approach.horizon_s == 0.0 or not len(programme):
         return ()
     fired = programme.worth_firing.copy()
     fired[0] = True
+    if approach.held:
+        return audit_held(approach, programme, flown, np.flatnonzero(fired))
     burns = ImpulseProgramme(programme.times_s[fired], programme.dv_m_s[fired])
     if approach.circular and approach.spherical:
         found = audit_cut_burns(
