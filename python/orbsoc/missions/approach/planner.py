@@ -163,6 +163,7 @@ def _attempts(
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
     also drift by drift. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
     on ways that turn. And the solve of that flight."""
+    scenario = approach.scenario
     free, row = solve_convex(approach, forms, at_nodes(approach), solve)
     solution = row.solution
     if (
@@ -172,7 +173,8 @@ def _attempts(
         return (attempt(approach, forms, "as it comes", None, solve, callback),), row
     found = [attempt(approach, forms, name, side, solve, callback) for name, side in sides(approach).items()]
     best = min((each.reference.cost for each in found if each.found), default=np.inf)
-    if approach.circular and 0.0 < approach.horizon_s < np.inf and best > WORTH_MORE * solution.objective:
+    near_circular = approach.circular or (scenario.model.j2 and not scenario.target.elliptic)
+    if near_circular and 0.0 < approach.horizon_s < np.inf and best > WORTH_MORE * solution.objective:
         found.append(lengthened(approach, forms, solve, callback))
     if not any(each.found for each in found):
         found.append(attempt(approach, forms, "as it comes", None, solve, callback))

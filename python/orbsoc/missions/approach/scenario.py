@@ -163,6 +163,15 @@ class Engine(Table):
     cost: Literal["norms", "absolutes"] = "norms"
 
 
+class Model(Table):
+    """What the linear model of the plan knows."""
+
+    j2: bool = Field(
+        default=False,
+        description="the Earth's oblateness along the target's orbit; drifts are then judged at samples",
+    )
+
+
 class Safety(Table):
     """For how long the drift after every impulse before the corridor stays out of the keep-out, and abort impulses."""
 
@@ -190,6 +199,7 @@ class Scenario(BaseScenario):
     speed: Speed | None = None
     engine: Engine = Engine()
     safety: Safety = Safety()
+    model: Model = Model()
     uncertainty: Uncertainty | None = None
     guidance: BurnCycle = BurnCycle()
 
@@ -235,6 +245,11 @@ def physical_complaints(scenario: Scenario) -> Iterator[Complaint]:
         yield Complaint("safety.all_time", "true", "for all time only about a circular target; give orbits")
     if scenario.keep_out.semi_axes_m is not None and scenario.safety.all_time:
         yield Complaint("safety.all_time", "true", "for all time only with a keep-out sphere; give orbits")
+    if scenario.model.j2 and scenario.safety.all_time:
+        yield Complaint("safety.all_time", "true", "for all time only without J2 in the model; give orbits")
+    if scenario.model.j2 and scenario.engine.thrust == "held":
+        allowed = "is planned without it; leave it out, or give engine.thrust = 'impulses'"
+        yield Complaint("model.j2", "true", f"thrust that is held {allowed}")
     yield from _thrust_complaints(scenario)
     yield from _time_complaints(scenario)
     yield from _keep_out_complaints(scenario)

@@ -6,6 +6,7 @@ from .drift import DriftEllipse
 from .local_frame import LVLH, absolute_state, local_frame, relative_state
 from .motion import LinearMotion
 from .reference import AlongReference
+from .tabulated import Tabulated
 from .yamanaka_ankersen import YamanakaAnkersen
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "ClohessyWiltshire",
     "DriftEllipse",
     "LinearMotion",
+    "Tabulated",
     "YamanakaAnkersen",
     "absolute_state",
     "local_frame",

@@ -7,9 +7,16 @@ from math import inf, pi, radians
 
 import numpy as np
 
-from orbsoc.orbit import Elements
+from orbsoc.guidance.relative_flight import TRUTHS
+from orbsoc.orbit import Elements, state_from_elements
 from orbsoc.orbit.array import Array, Index
-from orbsoc.orbit.relative import ClohessyWiltshire, LinearMotion, YamanakaAnkersen
+from orbsoc.orbit.relative import (
+    AlongReference,
+    ClohessyWiltshire,
+    LinearMotion,
+    Tabulated,
+    YamanakaAnkersen,
+)
 
 from ..scenario import Point, Scenario
 
@@ -32,6 +39,15 @@ class Remembered:
         if t_s not in self._known:
             self._known[t_s] = self._motion.transition(t_s, 0.0), self._motion.transition(0.0, t_s)
         return self._known[t_s]
+
+
+def _oblate(scenario: Scenario) -> Tabulated:
+    """Along the target's orbit with J2, for the flight and the drifts after it."""
+    period_s = 2.0 * pi / scenario.target.mean_motion()
+    forces = TRUTHS["j2"](1)
+    along = AlongReference(np.concatenate(state_from_elements(scenario.target.elements)), forces)
+    drift_s = max(1.0, scenario.safety.orbits) * period_s
+    return Tabulated(along, scenario.duration_s + drift_s + 1.0, 2.0 * period_s / AN_ORBIT)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +77,8 @@ class Approach:
         motion: LinearMotion = ClohessyWiltshire(rate)
         if target.elliptic:
             motion = Remembered(YamanakaAnkersen(rate, target.eccentricity, radians(target.true_anomaly_deg)))
+        if scenario.model.j2:
+            motion = _oblate(scenario)
         times, before_s = [], 0.0
         for point in scenario.points.values():
             times.append(np.linspace(before_s, point.arrive_s, point.impulses, endpoint=False))
@@ -84,6 +102,8 @@ class Approach:
         of it changes nothing in it."""
         places = [self.start[2::3], *(each.position()[2:] for each in self.scenario.points.values())]
         speeds = [each.velocity() for each in self.scenario.points.values()]
+        if self.scenario.model.j2:  # which pulls out of it
+            return False
         half_space = self.scenario.half_space
         if half_space is not None:
             places.append(half_space.direction()[2:])
@@ -147,6 +167,8 @@ class Approach:
         """State transition matrices (S, 6, 6) to times (S,) from others (S,)."""
         if isinstance(self.motion, ClohessyWiltshire):
             return self.motion.transitions(times_s - from_s)
+        if isinstance(self.motion, Tabulated):
+            return self.motion.transitions(times_s, from_s)
         pairs = zip(times_s.tolist(), from_s.tolist(), strict=True)
         return np.array([self.motion.transition(t, at) for t, at in pairs]).reshape(-1, 6, 6)
 

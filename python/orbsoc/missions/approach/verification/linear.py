@@ -15,7 +15,10 @@ import numpy as np
 from orbsoc.guidance import mission
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.linear_flight import LinearFlight
+from orbsoc.guidance.relative_flight import TRUTHS
+from orbsoc.orbit import state_from_elements
 from orbsoc.orbit.array import Array
+from orbsoc.orbit.relative import AlongReference
 
 from ..model.approach import Approach
 
@@ -52,14 +55,16 @@ class Arc:
 
 
 def arcs(approach: Approach, programme: ImpulseProgramme) -> tuple[Arc, ...]:
-    """Every arc of the programme, integrated."""
-    ecc = approach.scenario.target.eccentricity if not approach.circular else 0.0
-    model = LinearFlight(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
+    """Every arc of the programme, integrated; with J2 the target's orbit is, arc by arc, with its own variational equations."""
     ends = np.append(programme.times_s[1:], approach.duration_s)
     grids = [
         np.linspace(a, b, _samples(approach, b - a, size) + 1)
         for a, b, size in zip(programme.times_s.tolist(), ends.tolist(), programme.sizes_m_s, strict=True)
     ]
+    if approach.scenario.model.j2:
+        return tuple(_oblate_arcs(approach, programme, grids))
+    ecc = approach.scenario.target.eccentricity if not approach.circular else 0.0
+    model = LinearFlight(approach.mean_motion_rad_s, ecc, approach.orbit().true_anomaly_rad)
     every = np.unique(np.concatenate(grids))
     states, after, _ = model.flown(programme, approach.start, every, held=approach.held)
     found, first = [], 0
@@ -72,6 +77,20 @@ def arcs(approach: Approach, programme: ImpulseProgramme) -> tuple[Arc, ...]:
         found.append(Arc(grid, own, *bend))
         first += grid.size - 1
     return tuple(found)
+
+
+def _oblate_arcs(approach: Approach, programme: ImpulseProgramme, grids: list[Array]) -> Iterator[Arc]:
+    """With J2: the target's orbit integrated from arc to arc, each with its own transitions."""
+    target, forces = np.concatenate(state_from_elements(approach.orbit())), TRUTHS["j2"](1)
+    state = approach.start
+    for grid, dv in zip(grids, programme.dv_m_s, strict=True):
+        state = np.concatenate([state[:3], state[3:] + dv])
+        along = AlongReference(target, forces)
+        along.prepare(grid - grid[0])
+        lapses = (grid - grid[0]).tolist()
+        own = np.array([along.transition(t, 0.0) @ state for t in lapses])
+        yield Arc(grid, own, *bends(approach, grid, own))
+        target, state = along.target(lapses[-1]), own[-1]
 
 
 def _samples(approach: Approach, lasts_s: float, size_m_s: float) -> int:
