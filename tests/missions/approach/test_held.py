@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -21,6 +22,7 @@ from orbsoc.missions.approach.model.problem import Forms, flown
 from orbsoc.missions.approach.model.rows import ROOM_M, Reference
 from orbsoc.missions.approach.plan import Plan
 from orbsoc.missions.approach.scenario import Scenario
+from orbsoc.missions.approach.verification import held_cuts
 from orbsoc.missions.approach.verification.cuts import WITHIN_M
 from orbsoc.missions.approach.verification.held_cuts import audit_held
 from orbsoc.missions.approach.verification.linear import arcs
@@ -164,6 +166,24 @@ def test_the_verdict_says_what_thrust_that_is_held_has_not() -> None:
     assert document["impulses"] == []
     assert len(document["thrust"]) == plan.approach.times_s.size
     assert set(plan.tables()) == {"thrust.csv", "aborts.csv"}
+
+
+def test_drifts_that_are_not_known_from_below_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one round of the branch and bound the bound stays below, holds all the same, and the plan is safe in part."""
+    plan = brief()
+    assert plan.programme is not None
+    assert plan.verification is not None
+    monkeypatch.setattr(held_cuts, "ROUNDS", 1)
+    which = np.array([cut.number - 1 for cut in plan.verification.cuts])
+    rough = held_cuts.audit_held(plan.approach, plan.programme, plan.verification.arcs, which)
+    told = replace(plan, verification=replace(plan.verification, cuts=rough))
+    assert told.verification is not None
+    assert not told.verification.bounded
+    for cut, known in zip(rough, plan.verification.cuts, strict=True):
+        assert (cut.at_least_m or 0.0) <= known.distance_m <= cut.distance_m + WITHIN_M
+    (safety,) = [line for line in told.verdict.lines if line.question is Question.SAFETY]
+    assert safety.word is Word.PARTLY
+    assert "not known from below" in safety.evidence
 
 
 @pytest.mark.parametrize(

@@ -138,7 +138,7 @@ def _aborts(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile
     top.axhline(0.0, color="#222222", lw=0.8)
     top.axvline(plan.approach.gate_s, color=GREEN, lw=1.0, label="gate is left")
     _labels(plan, top, "", "margin of the\ndrift (m)")
-    top.legend(fontsize=9, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+    top.legend(fontsize=9, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.0 if held else -0.02))
     if held:
         top.set_xlabel(TIME)
         caption = (
