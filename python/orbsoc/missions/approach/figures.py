@@ -17,7 +17,6 @@ from orbsoc.orbit.array import Array
 from orbsoc.orbit.relative import LVLH
 
 from .planner import ApproachPlan
-from .record import spent_words
 from .verification.aborts import kicked
 from .verification.verify import Verification
 
@@ -275,9 +274,7 @@ def _labels(plan: ApproachPlan, axes: Axes, along: str, up: str, *, title: bool 
     axes.set_xlabel(along)
     axes.set_ylabel(up)
     if title and plan.programme is not None:
-        axes.set_title(
-            f"{plan.scenario.name}: {spent_words(plan)}", loc="left", fontsize=11, fontweight="bold"
-        )
+        axes.set_title(f"{plan.scenario.name}: {plan.words}", loc="left", fontsize=11, fontweight="bold")
 
 
 def _legend(figure: Figure, axes: Axes, columns: int) -> None:

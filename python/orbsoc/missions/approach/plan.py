@@ -17,7 +17,7 @@ from orbsoc.guidance.verdict import Question, Verdict, VerdictLine, Word, shorte
 
 from .figures import draw_figures
 from .planner import ApproachPlan, judged, made
-from .record import abort_table, messages, plan_document, spans, spent_words, thrust_table
+from .record import abort_table, messages, plan_document, spans, thrust_table
 from .scenario import Scenario
 from .verification.cuts import WITHIN_M
 from .verification.verify import MISS_M, Verification
@@ -86,7 +86,7 @@ def _answer(plan: Plan) -> VerdictLine:
             claim = Claim(Kind.PROVED, "no programme", class_, "an infeasibility certificate")
         return VerdictLine(Question.ANSWER, word, shortened(plan.message), claim=claim)
     if plan.status is PlanStatus.VERIFIED:
-        spent = spent_words(plan)
+        spent = plan.words
         if plan.scenario.engine.cost == "absolutes":
             spent = spent.replace(
                 f"{plan.programme.total_m_s:.4f} m/s", f"{plan.cost:.4f} m/s along the axes"

@@ -72,6 +72,16 @@ class ApproachPlan:
         return self.analysis.flights if self.analysis else None
 
     @property
+    def words(self) -> str:
+        """Of the programme: the velocity change, in how many impulses or on how many arcs; those without any are counted apart."""
+        programme = self.programme
+        if programme is None:
+            return self.message
+        if not self.approach.held:
+            return programme.words
+        return f"{programme.total_m_s:.4f} m/s of thrust held on {programme.fired} of {len(programme)} arcs"
+
+    @property
     def cost(self) -> float:
         """As the scenario asks for it, m/s; NaN without a programme."""
         return float("nan") if self.programme is None else cost_of(self.approach, self.programme)

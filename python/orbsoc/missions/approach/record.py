@@ -116,16 +116,6 @@ def details(plan: ApproachPlan) -> str:
     return "; ".join(words) or plan.message
 
 
-def spent_words(plan: ApproachPlan) -> str:
-    """The velocity change and on how many arcs, or in how many impulses; those without any are counted apart."""
-    programme = plan.programme
-    assert programme is not None
-    if not plan.approach.held:
-        return programme.words
-    fired, count = programme.fired, len(programme)
-    return f"{programme.total_m_s:.4f} m/s of thrust held on {fired} of {count} arcs"
-
-
 def thrust(plan: ApproachPlan) -> list[dict[str, Any]]:
     """The `thrust` of plan.json: of each arc the acceleration that is held, (R, T, N); empty without a programme, or with impulses."""
     approach, programme = plan.approach, plan.programme
