@@ -94,7 +94,7 @@ def _oblate_arcs(approach: Approach, programme: ImpulseProgramme, grids: list[Ar
 
 
 def _samples(approach: Approach, lasts_s: float, size_m_s: float) -> int:
-    """Chords of an arc: so many that a push that is held bends none by more than `PUSH_BEND_M`."""
+    """Chords of an arc, enough that a push that is held bends none by more than `PUSH_BEND_M`."""
     count = int(np.ceil(lasts_s * AN_ORBIT / approach.period_s))
     if approach.held:
         count = max(count, int(np.ceil(np.sqrt(lasts_s * size_m_s / (8.0 * PUSH_BEND_M)))))
