@@ -16,6 +16,9 @@ enum { SHIFT_UP, SHIFT_DOWN, FLOOR, REPLACEMENT, REGULARIZATION_WORDS };
 
 enum { ERROR_NORM, ALLOWED, WORTHWHILE, REFINEMENT_WORDS };
 
+/* Largest b, h and c; what radii of primal and dual infeasibility are compared with. */
+enum { NORM_B, NORM_H, NORM_C, PRIMAL_SCALE, DUAL_SCALE, NORM_WORDS };
+
 /* tau, kappa, and whether a step was taken. */
 enum { TAU, KAPPA, STEPPED, HOMOGENIZER_WORDS };
 

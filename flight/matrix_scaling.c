@@ -140,19 +140,60 @@ void orbsoc_rescale(pattern_t pattern, const orbsoc_numbers *given, const orbsoc
   out->cost_scale[1] = 1 / gamma;
 }
 
+/* How many times farther than a row lets an unknown be the data's scale may reach, or how many
+ * times less far; and the smallest share of it that is left. */
+#define SCALE_RANGE 100.0
+#define SCALE_SHARE 1e-4
+
+/* Smallest and largest magnitude of entries; those that are no normal number count as zero. */
+typedef struct {
+  double least, most;
+} entries_t;
+
+static void count_entry(double value, entries_t *entries) {
+  const double size = fabs(value);
+  if (size >= DBL_MIN) {
+    entries->least = (size < entries->least) ? size : entries->least;
+    entries->most = (size > entries->most) ? size : entries->most;
+  }
+}
+
+/* What the iteration compares a radius with, where `side` is the largest right-hand side: at least
+ * one, but in units far from one near what a row's right-hand side leaves an unknown. */
+static double radius_scale(double side, entries_t entries) {
+  double scale = (side > 1.0) ? side : 1.0;
+  if (side > 0.0 && entries.most > 0.0) {
+    const double nearest = side / entries.most / SCALE_RANGE;
+    double farthest = side / entries.least * SCALE_RANGE;
+    farthest = (farthest > SCALE_SHARE * scale) ? farthest : SCALE_SHARE * scale;
+    scale = (nearest > scale) ? nearest : scale;
+    scale = (farthest < scale) ? farthest : scale;
+  }
+  return scale;
+}
+
 void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *norms) {
-  double top[3] = {0.0, 0.0, 0.0};
+  double top[NORM_WORDS] = {0.0, 0.0, 0.0, 0.0, 0.0};
+  entries_t entries = {INFINITY, 0.0};
   for (size_t i = 0; i < pattern->p; i++) {
-    top[0] = (fabs(given->b[i]) > top[0]) ? fabs(given->b[i]) : top[0];
+    top[NORM_B] = (fabs(given->b[i]) > top[NORM_B]) ? fabs(given->b[i]) : top[NORM_B];
   }
   for (size_t i = 0; i < pattern->m; i++) {
     const double h = fabs(given->h[pattern->row_origin[i]]);
-    top[1] = (h > top[1]) ? h : top[1];
+    top[NORM_H] = (h > top[NORM_H]) ? h : top[NORM_H];
   }
   for (size_t i = 0; i < pattern->n; i++) {
-    top[2] = (fabs(given->c[i]) > top[2]) ? fabs(given->c[i]) : top[2];
+    top[NORM_C] = (fabs(given->c[i]) > top[NORM_C]) ? fabs(given->c[i]) : top[NORM_C];
   }
-  for (size_t k = 0; k < 3u; k++) { norms[k] = real(top[k]); }
+  for (size_t k = 0; k < pattern->nnz_a; k++) { count_entry(given->a[k], &entries); }
+  for (size_t k = 0; k < pattern->nnz_g; k++) {
+    count_entry(given->g[pattern->g_origin[k]], &entries);
+  }
+  const double side = (top[NORM_B] > top[NORM_H]) ? top[NORM_B] : top[NORM_H];
+  top[PRIMAL_SCALE] = radius_scale(side, entries);
+  for (size_t k = 0; k < pattern->nnz_p; k++) { count_entry(given->p[k], &entries); }
+  top[DUAL_SCALE] = radius_scale(top[NORM_C], entries);
+  for (size_t k = 0; k < NORM_WORDS; k++) { norms[k] = real(top[k]); }
 }
 
 /* The user's point in the scaling of the new data: x^ = x/D, (y^, z^) = gamma (y, z)/(E, F), s^ = F

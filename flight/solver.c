@@ -13,7 +13,9 @@ ORBSOC_SHARED size_t words_of(pattern_t pattern, orbsoc_buffer buffer) {
       return 0;
     case ORBSOC_START: case ORBSOC_DUAL_CERTIFICATE: case ORBSOC_UNSCALED_ITERATE:
       return all + m;
-    case ORBSOC_NORMS: case ORBSOC_HOMOGENIZER: case ORBSOC_REFINEMENT:
+    case ORBSOC_NORMS:
+      return NORM_WORDS;
+    case ORBSOC_HOMOGENIZER: case ORBSOC_REFINEMENT:
       return 3;
     case ORBSOC_PARAMETERS:
       return PARAMETER_WORDS;

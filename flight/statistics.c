@@ -43,9 +43,9 @@ static void products_of(const orbsoc_matrix *matrix, size_t rows, size_t columns
   }
 }
 
-/* Radius that a certificate of this value and residual size proves, over the data's scale. */
+/* Radius that a certificate of this value and residual size proves, over a scale. */
 static orbsoc_real radius(orbsoc_real value, orbsoc_real size, orbsoc_real scale) {
-  return larger(-value, 0) / (larger(size, real(1e-30)) * larger(1, scale));
+  return larger(-value, 0) / (larger(size, real(1e-30)) * scale);
 }
 
 /* Weighted sizes of the products and residuals of an iterate. */
@@ -89,7 +89,8 @@ static sizes_t residuals(pattern_t pattern, const orbsoc_iterate *at,
 static void ratios(const orbsoc_iterate *at, sizes_t size, orbsoc_real curvature, orbsoc_real cost,
                    orbsoc_real support, orbsoc_real *stats) {
   const orbsoc_real half = real(0.5), tau_inv = 1 / at->homogenizer[TAU];
-  const orbsoc_real norm_b = at->norms[0], norm_h = at->norms[1], norm_c = at->norms[2];
+  const orbsoc_real norm_b = at->norms[NORM_B], norm_h = at->norms[NORM_H];
+  const orbsoc_real norm_c = at->norms[NORM_C];
   const orbsoc_real gamma_inv = at->cost_scale[1], dual_by = gamma_inv * tau_inv;
   const orbsoc_real x = size.x * dual_by, y = size.y * tau_inv, z = size.z * tau_inv;
   const orbsoc_real equality = y / (1 + larger(norm_b, size.ax * tau_inv));
@@ -109,9 +110,10 @@ static void ratios(const orbsoc_iterate *at, sizes_t size, orbsoc_real curvature
   stats[STAT_STRICT] = larger(larger(primal, dual), gap);
   stats[STAT_OBJECTIVE] = objective;
   stats[STAT_DUAL_OBJECTIVE] = dual_objective;
-  stats[STAT_PRIMAL_RADIUS] = radius(support, size.farkas, larger(norm_b, norm_h));
+  stats[STAT_PRIMAL_RADIUS] = radius(support, size.farkas, at->norms[PRIMAL_SCALE]);
   stats[STAT_DUAL_RADIUS] =
-      radius(cost * gamma_inv, (size.ray_rows + size.ray_cone) + size.ray_cost * gamma_inv, norm_c);
+      radius(cost * gamma_inv, (size.ray_rows + size.ray_cone) + size.ray_cost * gamma_inv,
+             at->norms[DUAL_SCALE]);
 }
 
 /* Refinement tolerance of the linear solves: a fraction of the residual that the step is to reduce;

@@ -6,6 +6,7 @@ const ALGORITHM: &str = include_str!("../../../docs/algorithm.md");
 const CONTROL: &str = concat!(
     include_str!("../src/method/control.rs"),
     include_str!("../src/kernels/decisions.rs"),
+    include_str!("../src/method/radius_scale.rs"),
     include_str!("../src/method/restart.rs"),
     include_str!("../src/outcome/verification.rs")
 );

@@ -1,5 +1,17 @@
 //! Which entry is which in the small buffers.
 
+/// Entries of the norms.
+pub(crate) mod norm {
+    pub const B: usize = 0;
+    pub const H: usize = 1;
+    pub const C: usize = 2;
+    /// What a radius of primal infeasibility is compared with …
+    pub const PRIMAL_SCALE: usize = 3;
+    /// … and one of dual infeasibility.
+    pub const DUAL_SCALE: usize = 4;
+    pub const WORDS: usize = 5;
+}
+
 /// Entries of the parameter buffer.
 pub(crate) mod parameter {
     pub const STATIC_REGULARIZATION: usize = 0;

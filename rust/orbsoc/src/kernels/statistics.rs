@@ -3,7 +3,7 @@
 //!
 //! Sums go through the fixed reduction tree; `decisions` decides on what comes of them.
 
-use super::layout::{centering, embedding, parameter, regularization, stat};
+use super::layout::{centering, embedding, norm, parameter, regularization, stat};
 use super::reduce::{dot, max_abs, max_abs_weighted, non_finite_flag, sum_abs_weighted};
 use super::sparse::{products_of, symmetric_product};
 use crate::kkt::structure::Structure;
@@ -96,7 +96,7 @@ pub(crate) fn statistics<T: Real>(
     center[centering::COMPLEMENT] = kappa * tau;
     center[centering::CORRECTION] = one;
 
-    let (norm_b, norm_h, norm_c) = (at.norms[0], at.norms[1], at.norms[2]);
+    let (norm_b, norm_h, norm_c) = (at.norms[norm::B], at.norms[norm::H], at.norms[norm::C]);
     let gamma_inv = at.cost_scale[1];
     let dual_by = gamma_inv * tau_inv;
     let (size_x, size_y, size_z) = (size_x * dual_by, size_y * tau_inv, size_z * tau_inv);
@@ -118,17 +118,17 @@ pub(crate) fn statistics<T: Real>(
     stats[stat::OBJECTIVE] = objective;
     stats[stat::DUAL_OBJECTIVE] = dual_objective;
     stats[stat::MU] = mu;
-    stats[stat::PRIMAL_RADIUS] = radius(support, farkas_residual, norm_b.max(norm_h));
+    stats[stat::PRIMAL_RADIUS] = radius(support, farkas_residual, at.norms[norm::PRIMAL_SCALE]);
     let dual_residual = (ray_rows + ray_cone).add_mul(ray_cost, gamma_inv);
-    stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, dual_residual, norm_c);
+    stats[stat::DUAL_RADIUS] = radius(cost * gamma_inv, dual_residual, at.norms[norm::DUAL_SCALE]);
     stats[stat::NON_FINITE] =
         non_finite_flag(at.point) + (non_finite_flag(at.slack) + non_finite_flag(at.homogenizer));
 }
 
-/// Radius that a certificate of this value and residual size proves, over the data's scale.
+/// Radius that a certificate of this value and residual size proves, over a scale.
 #[inline(always)]
 fn radius<T: Real>(value: T, size: T, scale: T) -> T {
-    (-value).max(T::zero()) / (size.max(T::constant(1e-30)) * T::one().max(scale))
+    (-value).max(T::zero()) / (size.max(T::constant(1e-30)) * scale)
 }
 
 /// Pivot of the scalar equation, from the solution of K d = (−c, b, h):

@@ -6,6 +6,7 @@ use crate::kernels::decisions::{TOLERANCE_MARGIN, WARM_TOLERANCE_MARGIN};
 use crate::kernels::layout::{control as word, parameter};
 use crate::kkt::structure::Structure;
 use crate::method::dispatch::{execute, factorize_watched, rescale};
+use crate::method::radius_scale::norms;
 use crate::method::workspace::{Buffer, Workspace};
 use crate::method::{control::Control, restart::Attempt, stage::Stage, warm_start::Start};
 use crate::outcome::verification::{FinishedAttempt, Stop};
@@ -153,13 +154,10 @@ impl<T: Decide> Datapath<T> {
         fill(c, &lanes, |problem| &problem.c, |k| k);
         fill(b, &lanes, |problem| &problem.b, |k| k);
         fill(h, &lanes, |problem| &problem.h, |k| reduced.row_origin[k]);
-        let largest =
-            |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |top: f64, v| top.max(v.abs()));
         for &(lane, problem) in &lanes {
-            let h = &mut reduced.row_origin.iter().map(|&i| problem.h[i]);
-            work.norms[0].set_lane(lane, largest(&mut problem.b.iter().copied()));
-            work.norms[1].set_lane(lane, largest(h));
-            work.norms[2].set_lane(lane, largest(&mut problem.c.iter().copied()));
+            for (norm, value) in work.norms.iter_mut().zip(norms(reduced, problem)) {
+                norm.set_lane(lane, value);
+            }
         }
         for (lane, _) in lanes {
             self.reset(lane);

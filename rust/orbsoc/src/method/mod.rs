@@ -11,6 +11,7 @@ pub(crate) mod events;
 #[cfg(feature = "datapaths")]
 pub(crate) mod mixed;
 pub(crate) mod observer;
+pub(crate) mod radius_scale;
 pub(crate) mod restart;
 pub mod stage;
 pub(crate) mod tables;

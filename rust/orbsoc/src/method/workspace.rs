@@ -2,7 +2,9 @@
 //! they read and write, and the emulated computer moves them whole.
 
 use crate::kernels::cone_ops::SCALARS;
-use crate::kernels::layout::{centering, control, embedding, parameter, refinement, regularization, stat};
+use crate::kernels::layout::{
+    centering, control, embedding, norm, parameter, refinement, regularization, stat,
+};
 use crate::kkt::structure::Structure;
 
 macro_rules! buffers {
@@ -70,8 +72,8 @@ buffers! {
     RawQ raw_q "raw_q" = Structure::unknowns;
     /// A point to start from, as given: (x, y, z), s.
     Start start "start" = |s: &Structure| s.unknowns() + s.m;
-    /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given.
-    Norms norms "norms" = |_: &Structure| 3;
+    /// ‖b‖∞, ‖h‖∞, ‖c‖∞ as given, and what radii of primal and dual infeasibility are compared with.
+    Norms norms "norms" = |_: &Structure| norm::WORDS;
     /// Settings in the order of `parameter`.
     Parameters parameters "parameters" = |_: &Structure| parameter::WORDS;
     /// Scaled P.
