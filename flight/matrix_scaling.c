@@ -70,20 +70,26 @@ static orbsoc_real cost_factor(size_t n, const orbsoc_real *c, size_t nnz, const
   return larger(1 / most, real(LEAST_COST) / larger(least, 1));
 }
 
-static void load_matrices(pattern_t pattern, const orbsoc_numbers *given,
-                          const orbsoc_scaled *out) {
-  for (size_t k = 0; k < pattern->nnz_p; k++) { out->p[k] = loaded(given->p[k]); }
-  for (size_t k = 0; k < pattern->nnz_a; k++) { out->a[k] = loaded(given->a[k]); }
-  for (size_t k = 0; k < pattern->nnz_g; k++) {
-    out->g[k] = loaded(given->g[pattern->g_origin[k]]);
+/* Values as given, in another order where `origin` is no null pointer. */
+ORBSOC_SHARED void load_values(const double *values, const orbsoc_index *origin, size_t count,
+                               orbsoc_real *out) {
+  for (size_t k = 0; k < count; k++) {
+    out[k] = loaded(values[(origin != NULL) ? origin[k] : k]);
   }
 }
 
+static void load_matrices(pattern_t pattern, const orbsoc_numbers *given,
+                          const orbsoc_scaled *out) {
+  load_values(given->p, NULL, pattern->nnz_p, out->p);
+  load_values(given->a, NULL, pattern->nnz_a, out->a);
+  load_values(given->g, pattern->g_origin, pattern->nnz_g, out->g);
+}
+
 static void load_vectors(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *q) {
-  const size_t n = pattern->n, p = pattern->p, m = pattern->m;
-  for (size_t k = 0; k < n; k++) { q[k] = loaded(given->c[k]); }
-  for (size_t k = 0; k < p; k++) { q[n + k] = loaded(given->b[k]); }
-  for (size_t k = 0; k < m; k++) { q[n + p + k] = loaded(given->h[pattern->row_origin[k]]); }
+  const size_t n = pattern->n, p = pattern->p;
+  load_values(given->c, NULL, n, q);
+  load_values(given->b, NULL, p, &q[n]);
+  load_values(given->h, pattern->row_origin, pattern->m, &q[n + p]);
 }
 
 /* The data as they are before equilibration, in the buffers that it writes. */
@@ -150,21 +156,27 @@ typedef struct {
   double least, most;
 } entries_t;
 
-static void count_entry(double value, entries_t *entries) {
-  const double size = fabs(value);
-  if (size >= DBL_MIN) {
-    entries->least = (size < entries->least) ? size : entries->least;
-    entries->most = (size > entries->most) ? size : entries->most;
+/* Add values to a range, in another order where `origin` is no null pointer, and return their
+ * largest magnitude. */
+ORBSOC_SHARED double add_entries(const double *values, const orbsoc_index *origin, size_t count,
+                                 entries_t *range) {
+  double top = 0.0;
+  for (size_t k = 0; k < count; k++) {
+    const double size = fabs(values[(origin != NULL) ? origin[k] : k]);
+    top = (size > top) ? size : top;
+    if (size >= DBL_MIN && size < range->least) { range->least = size; }
   }
+  range->most = (top >= DBL_MIN && top > range->most) ? top : range->most;
+  return top;
 }
 
 /* What the iteration compares a radius with, where `side` is the largest right-hand side: at least
  * one, but in units far from one near what a row's right-hand side leaves an unknown. */
-static double radius_scale(double side, entries_t entries) {
+ORBSOC_SHARED double radius_scale(double side, const entries_t *entries) {
   double scale = (side > 1.0) ? side : 1.0;
-  if (side > 0.0 && entries.most > 0.0) {
-    const double nearest = side / entries.most / SCALE_RANGE;
-    double farthest = side / entries.least * SCALE_RANGE;
+  if (side > 0.0 && entries->most > 0.0) {
+    const double nearest = side / entries->most / SCALE_RANGE;
+    double farthest = side / entries->least * SCALE_RANGE;
     farthest = (farthest > SCALE_SHARE * scale) ? farthest : SCALE_SHARE * scale;
     scale = (nearest > scale) ? nearest : scale;
     scale = (farthest < scale) ? farthest : scale;
@@ -173,27 +185,18 @@ static double radius_scale(double side, entries_t entries) {
 }
 
 void orbsoc_norms(pattern_t pattern, const orbsoc_numbers *given, orbsoc_real *norms) {
-  double top[NORM_WORDS] = {0.0, 0.0, 0.0, 0.0, 0.0};
-  entries_t entries = {INFINITY, 0.0};
-  for (size_t i = 0; i < pattern->p; i++) {
-    top[NORM_B] = (fabs(given->b[i]) > top[NORM_B]) ? fabs(given->b[i]) : top[NORM_B];
-  }
-  for (size_t i = 0; i < pattern->m; i++) {
-    const double h = fabs(given->h[pattern->row_origin[i]]);
-    top[NORM_H] = (h > top[NORM_H]) ? h : top[NORM_H];
-  }
-  for (size_t i = 0; i < pattern->n; i++) {
-    top[NORM_C] = (fabs(given->c[i]) > top[NORM_C]) ? fabs(given->c[i]) : top[NORM_C];
-  }
-  for (size_t k = 0; k < pattern->nnz_a; k++) { count_entry(given->a[k], &entries); }
-  for (size_t k = 0; k < pattern->nnz_g; k++) {
-    count_entry(given->g[pattern->g_origin[k]], &entries);
-  }
-  const double side = (top[NORM_B] > top[NORM_H]) ? top[NORM_B] : top[NORM_H];
-  top[PRIMAL_SCALE] = radius_scale(side, entries);
-  for (size_t k = 0; k < pattern->nnz_p; k++) { count_entry(given->p[k], &entries); }
-  top[DUAL_SCALE] = radius_scale(top[NORM_C], entries);
-  for (size_t k = 0; k < NORM_WORDS; k++) { norms[k] = real(top[k]); }
+  entries_t sides = {INFINITY, 0.0}, entries = sides;
+  const double b = add_entries(given->b, NULL, pattern->p, &sides);
+  const double h = add_entries(given->h, pattern->row_origin, pattern->m, &sides);
+  const double c = add_entries(given->c, NULL, pattern->n, &sides);
+  norms[NORM_B] = real(b);
+  norms[NORM_H] = real(h);
+  norms[NORM_C] = real(c);
+  (void)add_entries(given->a, NULL, pattern->nnz_a, &entries);
+  (void)add_entries(given->g, pattern->g_origin, pattern->nnz_g, &entries);
+  norms[PRIMAL_SCALE] = real(radius_scale((b > h) ? b : h, &entries));
+  (void)add_entries(given->p, NULL, pattern->nnz_p, &entries);
+  norms[DUAL_SCALE] = real(radius_scale(c, &entries));
 }
 
 /* The user's point in the scaling of the new data: x^ = x/D, (y^, z^) = gamma (y, z)/(E, F), s^ = F
