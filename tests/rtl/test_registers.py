@@ -139,7 +139,9 @@ def test_rtl_and_python_register_files_agree_access_by_access(sessions: list[Ses
 
 def test_the_sessions_reach_every_fault(sessions: list[Session]) -> None:
     reached = {Status.decode(session.expected[-1][1]).fault for session in sessions}
-    assert reached == set(Fault) - {Fault.CYCLE_LIMIT}  # which the wrapper around the engine has (test_limit.py)
+    assert reached == set(Fault) - {
+        Fault.CYCLE_LIMIT
+    }  # which the wrapper around the engine has (test_limit.py)
 
 
 def test_a_launch_gives_the_sequencer_the_segments_first_word() -> None:
