@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Operations of each stage on a problem's pattern, and their longest dependent chain.
 ///
 /// # Errors
-/// As [`Engine::new`].
+/// As [`crate::Engine::new`].
 pub fn operation_counts(
     problem: &Problem,
     settings: &Settings,
