@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from orbsoc.guidance.mission import PlanStatus
+from orbsoc.guidance.mission import Agreement, Difference, PlanStatus
 from orbsoc.guidance.verdict import Level, Question, Verdict, VerdictLine, Word
 
 ANSWER = VerdictLine(Question.ANSWER, Word.VERIFIED, "burn 56.570 s", "1e-8", "flight within 7e-12")
@@ -44,3 +44,14 @@ def test_every_status_of_a_plan_has_its_word() -> None:
     assert {Word[status.name].level for status in PlanStatus if status is not PlanStatus.VERIFIED} == {
         Level.BAD
     }
+
+
+@pytest.mark.parametrize(("pulses", "word"), [(0.0, Word.AGREES), (1.0, Word.DISAGREES)])
+def test_a_count_that_may_not_differ_is_compared(pulses: float, word: Word) -> None:
+    """A limit of zero was divided by; the line names what is farthest beyond its limit."""
+    found = Agreement(
+        "verified", "verified",
+        (Difference("pulses", "number of pulses", pulses, 0.0), Difference("delta_v_m_s", "velocity change", 1e-6, 1e-4, "m/s")),
+    ).line("clarabel")  # fmt: skip
+    assert found.word is word
+    assert ("number of pulses" if pulses else "velocity change") in str(found)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
@@ -104,6 +104,13 @@ class Difference:
     limit: float
     unit: str = ""
 
+    @property
+    def of_limit(self) -> float:
+        """The value in limits. A count has none to spend: 0 where it is met, else infinity."""
+        if self.limit > 0.0:
+            return self.value / self.limit
+        return inf if self.value > 0.0 else 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
@@ -140,7 +147,7 @@ class Agreement:
         word = Word.AGREES if self.agrees else Word.DISAGREES
         if self.ours != self.theirs or not self.differences:
             return VerdictLine(Question.CHECK, word, f"{solver}: {self.theirs}")
-        worst = max(self.differences, key=lambda each: each.value / each.limit)
+        worst = max(self.differences, key=lambda each: each.of_limit)
         figure = f"{solver}: {worst.quantity} differs by {worst.value:.1e} {worst.unit}".rstrip()
         return VerdictLine(Question.CHECK, word, figure, f"{worst.limit:.0e}")
 
