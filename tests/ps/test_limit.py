@@ -134,9 +134,11 @@ def test_a_solve_within_its_limit_ends_and_one_beyond_it_is_stopped(resident: bo
         few(SMALL)
 
 
-@pytest.mark.parametrize("limit", [0, -1, 1 << 32])
+@pytest.mark.parametrize("limit", [0, -1, 1 << 32, 2.5])
 def test_a_limit_that_no_register_holds_names_what_is_allowed(limit: int) -> None:
-    with pytest.raises(ValueError, match=f"limit_clocks = {limit}: allowed is 1 to 4294967295"):
+    with pytest.raises(
+        ValueError, match=f"limit_clocks = {limit}: allowed is a whole number from 1 to 4294967295"
+    ):
         PsScheduler(engine=ENGINE, limit_clocks=limit)
 
 

@@ -65,7 +65,7 @@ class BaseScenario(Table):
 
         Raises ScenarioError when a change contradicts the rest.
         """
-        return checked(type(self), merged(self.model_dump(), changes), source=self.name)
+        return checked(type(self), merged(self.model_dump(exclude_unset=True), changes), source=self.name)
 
 
 MISSING = "is missing and has no default"

@@ -90,8 +90,12 @@ class PsScheduler(scheduler.PsScheduler):
     ) -> None:
         if (engine is None) != (limit_clocks is None):
             raise ValueError(f"limit_clocks = {limit_clocks} with engine = {engine}: give both, or neither")
-        if limit_clocks is not None and not 1 <= limit_clocks <= WORD_MASK:
-            raise ValueError(f"limit_clocks = {limit_clocks}: allowed is 1 to {WORD_MASK}")
+        if limit_clocks is not None and not (
+            isinstance(limit_clocks, int) and 1 <= limit_clocks <= WORD_MASK
+        ):
+            raise ValueError(
+                f"limit_clocks = {limit_clocks}: allowed is a whole number from 1 to {WORD_MASK}"
+            )
         program = resident_program() if resident else None
         super().__init__(
             settings,

@@ -196,6 +196,11 @@ def test_drifts_that_are_not_known_from_below_are_told(monkeypatch: pytest.Monke
         ({"engine__largest_m_s": 1.0}, "engine.largest_m_s = 1: thrust that is held has a limit in m/s²"),
         ({"safety__all_time": True}, "safety.all_time = true: thrust that is held is judged for some orbits"),
         ({"safety__abort_m_s": 0.5}, "safety.abort_m_s = 0.5: an abort is an impulse; leave it out"),
+        (
+            {"engine__largest_m_s": 10.0},
+            "engine.largest_m_s = 10: thrust that is held has a limit in m/s²",
+        ),  # the default, given
+        ({"safety__abort_m_s": 1.0}, "safety.abort_m_s = 1: an abort is an impulse; leave it out"),
         ({"target__eccentricity": 0.01}, "engine.thrust = 'held': is planned about a circular target alone"),
         (
             {"uncertainty": {"position_m": 1.0, "velocity_m_s": 1e-3, "runs": 0}},

@@ -113,7 +113,7 @@ def _speed(plan: ApproachPlan, found: Verification, folder: Path) -> FigureFile:
     axes.loglog(ranges, np.maximum(speeds, 1e-3), color=BLUE, lw=1.3, label="speed on the way")
     at = [arc.states[0] for arc in found.arcs]
     burns = [[float(np.linalg.norm(state[:3])), max(float(np.linalg.norm(state[3:])), 1e-3)] for state in at]
-    axes.loglog(*np.array(burns).T, **BURN, ms=4, label="after a burn")
+    axes.loglog(*np.array(burns).T, **BURN, ms=4, label=_marked(plan, "after a burn"))
     if plan.scenario.speed is not None:
         grid = np.geomspace(float(ranges.min()), float(ranges.max()), 200)
         axes.loglog(grid, plan.scenario.speed.limit(grid), color=VERMILION, ls=(0, (6, 4)), label="allowed")
@@ -252,7 +252,12 @@ def _flight(plan: ApproachPlan, found: Verification, axes: Axes) -> None:
         if size > 1e-6
     ]
     nodes = np.array(fired).reshape(-1, 3)
-    axes.plot(nodes[:, 0], nodes[:, 2], **BURN, ms=4, label="burn", zorder=5)
+    axes.plot(nodes[:, 0], nodes[:, 2], **BURN, ms=4, label=_marked(plan, "burn"), zorder=5)
+
+
+def _marked(plan: ApproachPlan, burn: str) -> str:
+    """What a mark says: of an impulse so, of thrust that is held where it begins."""
+    return "thrust begins" if plan.approach.held else burn
 
 
 def _frame(axes: Axes, tracks: list[Array]) -> None:

@@ -268,7 +268,7 @@ def _thrust_complaints(scenario: Scenario) -> Iterator[Complaint]:
         return
     if engine.largest_m_s2 is None:
         yield Complaint("engine.largest_m_s2", "", "must be given with engine.thrust = 'held'")
-    if engine.largest_m_s != Engine().largest_m_s:
+    if "largest_m_s" in engine.model_fields_set:
         allowed = "thrust that is held has a limit in m/s²; give engine.largest_m_s2 instead"
         yield Complaint("engine.largest_m_s", f"{engine.largest_m_s:g}", allowed)
     if target.elliptic:
@@ -281,7 +281,7 @@ def _thrust_complaints(scenario: Scenario) -> Iterator[Complaint]:
     if scenario.uncertainty is not None:
         allowed = "errors of impulses alone are known; leave it out, or give engine.thrust = 'impulses'"
         yield Complaint("uncertainty", "", allowed)
-    if safety.abort_m_s != Safety().abort_m_s:
+    if "abort_m_s" in safety.model_fields_set:
         allowed = "an abort is an impulse; leave it out, or give engine.thrust = 'impulses'"
         yield Complaint("safety.abort_m_s", f"{safety.abort_m_s:g}", allowed)
 
