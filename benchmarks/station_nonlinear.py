@@ -1,7 +1,7 @@
 """The part of random approaches before the gate beside a nonlinear solver, SLSQP, from ten starts.
 
 `python -m benchmarks.station_nonlinear --count 20`: all impulses before the gate are its variables; points, holds, engine and the
-state at the gate are those of the plan, holds and speeds are kept at both ends of arcs, drifts stay out at 48 instants of an orbit after
+state at the gate are those of the plan, holds and speeds are kept at five instants of each arc, drifts stay out at 48 instants of an orbit after
 burns cut at the fraction that is nearest then. That is less than the plan keeps. Starts are the plan's impulses with noise of 1 mm/s to 0.3 m/s.
 """
 
@@ -25,6 +25,10 @@ from orbsoc.orbit.array import Array
 STARTS = 10
 AN_ORBIT = 48
 SMOOTH_M_S = 1e-4
+NEAR = 2.5
+"""Of the drifts at their instants, those nearer than so many radii in the plan are kept; the audit judges all."""
+OF_AN_ARC = 5
+"""Instants at which holds and speeds are kept."""
 KEPT = 1e-4
 """Relative, and in m or m/s: what a start must keep to be judged by the mission's audit."""
 
@@ -77,16 +81,20 @@ class Beside:
                 )
         self.rows = np.array([rows for rows, _ in drifts])
         self.known = np.array([known for _, known in drifts])
-        ends = [(k, t) for k in range(count) for t in (times[k], float(at.ends_s[k]))]
-        arcs = [state(t, k + 1) for k, t in ends]
+        at_instants = [
+            (k, float(t)) for k in range(count) for t in np.linspace(times[k], at.ends_s[k], OF_AN_ARC)
+        ]
+        arcs = [state(t, k + 1) for k, t in at_instants]
         self.arcs, self.arcs_known = (
             np.array([rows for rows, _ in arcs]),
             np.array([known for _, known in arcs]),
         )
         gate = plan.scenario.gate
-        self.held = np.array([gate.arrive_s <= times[k] for k, _ in ends])
+        self.held = np.array([gate.arrive_s <= times[k] for k, _ in at_instants])
         self.gate, self.within = gate.position(), gate.hold_within_m
         self.least = float(at.axes_m[0]) + plan.scenario.keep_out.margin_m
+        near = np.linalg.norm(self._nearest(self.planned)[0], axis=1) < NEAR * self.least
+        self.rows, self.known = self.rows[near], self.known[near]
 
     def cost(self, x: Array) -> tuple[float, Array]:
         """Sum of the sizes, smoothed, and its gradient."""
@@ -113,7 +121,7 @@ class Beside:
         return np.asarray(np.einsum("mi,mij->mj", places, rows) / self.least)
 
     def inside(self, x: Array) -> Array:
-        """Room of holds, m, and of speeds, m/s, at both ends of every arc."""
+        """Room of holds, m, and of speeds, m/s, at every instant of every arc."""
         states = self.arcs @ x + self.arcs_known
         away = states[self.held, :3] - self.gate
         speed = self.plan.scenario.speed
@@ -154,9 +162,12 @@ class Beside:
         """The least cost of the starts that end where everything is kept, and how many do; infinite for none."""
         random, found, kept = np.random.default_rng([seed, 50]), np.inf, 0
         free = null_space(self.equal)  # what x may change by, as the equations say
+        # The plan keeps its points to a millimetre, not to rounding.
+        off = self.equal @ self.planned - self.side
+        onto = self.planned - np.linalg.lstsq(self.equal, off, rcond=None)[0]
 
         def flown(z: Array) -> Array:
-            return np.asarray(self.planned + free @ z)
+            return np.asarray(onto + free @ z)
 
         conditions: list[dict[str, Any]] = [
             {"type": "ineq", "fun": lambda z, f=f: f(flown(z)), "jac": lambda z, by=by: by(flown(z)) @ free}
@@ -171,7 +182,7 @@ class Beside:
             noise = np.geomspace(1e-3, 0.3, STARTS)[start] * random.standard_normal(self.planned.size)
             ended = minimize(
                 cost, free.T @ noise, jac=True, method="SLSQP", constraints=conditions,
-                options={"maxiter": 80, "ftol": 1e-8},
+                options={"maxiter": 300, "ftol": 1e-8},
             )  # fmt: skip
             x = flown(ended.x)
             if self.verified(x):
