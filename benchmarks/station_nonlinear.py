@@ -1,7 +1,7 @@
 """The part of random approaches before the gate beside a nonlinear solver, SLSQP, from ten starts.
 
 `python -m benchmarks.station_nonlinear --count 20`: all impulses before the gate are its variables; points, holds, engine and the
-state at the gate are those of the plan, holds and speeds are kept at five instants of each arc, drifts stay out at 48 instants of an orbit after
+state at the gate are those of the plan, holds and speeds are kept at nine instants of each arc, drifts stay out at 48 instants of an orbit after
 burns cut at the fraction that is nearest then. That is less than the plan keeps. Starts are the plan's impulses with noise of 1 mm/s to 0.3 m/s.
 """
 
@@ -27,7 +27,7 @@ AN_ORBIT = 48
 SMOOTH_M_S = 1e-4
 NEAR = 2.0
 """Of the drifts at their instants, those nearer than so many radii in the plan are kept; the audit judges all."""
-OF_AN_ARC = 5
+OF_AN_ARC = 9
 """Instants at which holds and speeds are kept."""
 KEPT = 1e-4
 """Relative, and in m or m/s: what a start must keep to be judged by the mission's audit."""
