@@ -9,6 +9,7 @@
 /* How many times `tol` the common formula's ratio of a solution may be: its denominators leave out
  * products. */
 #define INDEPENDENT_FACTOR 100.0
+#define SCALE_RANGE 100.0
 #define SUMS 8u
 
 typedef struct {
@@ -280,11 +281,11 @@ static bound_t roundoff_of(pattern_t pattern, const orbsoc_numbers *given, const
 /* ---- residuals of a point ---- */
 
 /* An error over 1 + the size of what it is an error of; infinite when it is, whatever the size. */
-static double ratio(double error, double size) {
+ORBSOC_SHARED double ratio(double error, double size) {
   return is_finite(error) ? error / (1.0 + size) : (double)INFINITY;
 }
 
-static double worst_of(double primal, double dual, double gap) {
+ORBSOC_SHARED double worst_of(double primal, double dual, double gap) {
   return is_finite(primal + dual + gap) ? most(most(primal, dual), gap) : (double)INFINITY;
 }
 
@@ -400,6 +401,20 @@ ORBSOC_SHARED proof_t radius(orbsoc_status status, double value, double size, do
   return out;
 }
 
+/* The data's scale that a radius is compared with: at least 1, and no less than how near points can
+ * be where entries are small. With a quadratic cost a dual point has an x in it. h without the rows
+ * that do not constrain is left in `h`. */
+ORBSOC_SHARED double scale_of(pattern_t pattern, const orbsoc_numbers *given, int dual, double *h) {
+  const double entry = peak_of(pattern->given_conic.begins[pattern->n], given->g,
+                               peak_of(pattern->nnz_a, given->a, 0.0));
+  double side = dual ? peak_of(pattern->n, given->c, 0.0) : 0.0;
+  present(pattern, given->h, h);
+  if (!dual || pattern->nnz_p > 0u) {
+    side = peak_of(pattern->given_m, h, peak_of(pattern->p, given->b, side));
+  }
+  return (entry > 0.0) ? most(most(side, 1.0), side / entry / SCALE_RANGE) : most(side, 1.0);
+}
+
 /* An error over the magnitude of the terms that it is left of; zero where there are none. */
 static double share_of(double error, double terms) {
   return (terms > 0.0) ? error / terms : 0.0;
@@ -457,16 +472,7 @@ ORBSOC_SHARED double add_shares(size_t count, const double *errors, const double
   return sum;
 }
 
-/* Sum over a matrix's entries of |value v[row]|, and of |value v[column]|. */
-static double lost_by_rows(const orbsoc_matrix *matrix, size_t columns, const double *values,
-                           const double *v) {
-  double sum = 0.0;
-  for (size_t k = 0; k < matrix->begins[columns]; k++) {
-    sum += fabs(values[k] * v[matrix->rows[k]]);
-  }
-  return sum;
-}
-
+/* Sum over a matrix's entries of |value v[column]|, without absent rows. */
 static double lost_by_columns(const orbsoc_matrix *matrix, size_t columns, const double *values,
                               const double *v, const uint8_t *absent) {
   double sum = 0.0;
@@ -485,20 +491,17 @@ ORBSOC_SHARED proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *give
                                    double *z) {
   const size_t n = pattern->n, p = pattern->p, m = pattern->given_m;
   double *aty = given->work, *gtz = &aty[n], *h = &gtz[n];
-  double terms = 0.0, scale, share = 0.0;
+  double terms = 0.0, share = 0.0, lost = 0.0;
   present(pattern, z, z);
   project(pattern, z);
   const double size = most(norm_of(p, y), norm_of(m, z));
   for (size_t i = 0; i < p; i++) { y[i] = y[i] / size; }
   for (size_t i = 0; i < m; i++) { z[i] = z[i] / size; }
-  present(pattern, given->h, h);
+  const double scale = scale_of(pattern, given, 0, h);
   const double support = dot_of(p, given->b, y) + dot_of(m, h, z);
   transposed_product(&pattern->equality, n, given->a, y, aty);
   transposed_product(&pattern->given_conic, n, given->g, z, gtz);
   for (size_t j = 0; j < n; j++) { aty[j] = aty[j] + gtz[j]; }
-  const double lost =
-      deterministic_bound(p) * lost_by_rows(&pattern->equality, n, given->a, y) +
-      deterministic_bound(m) * lost_by_rows(&pattern->given_conic, n, given->g, z);
   for (size_t i = 0; i < p; i++) { terms += fabs(given->b[i] * y[i]); }
   for (size_t i = 0; i < m; i++) { terms += fabs(h[i] * z[i]); }
   for (size_t j = 0; j < n; j++) {
@@ -506,8 +509,8 @@ ORBSOC_SHARED proof_t primal_proof(pattern_t pattern, const orbsoc_numbers *give
     const double in_g = column_size(&pattern->given_conic, j, given->g, z);
     const double rounding = deterministic_bound(p) * in_a + deterministic_bound(m) * in_g;
     share += share_of(fabs(aty[j]) + rounding, in_a + in_g);
+    lost += rounding;
   }
-  scale = peak_of(m, h, peak_of(p, given->b, 1.0));
   return radius(ORBSOC_PRIMAL_INFEASIBLE, support + deterministic_bound(p + m) * terms,
                 one_norm(n, aty) + lost, scale, terms, share);
 }
@@ -555,7 +558,8 @@ ORBSOC_SHARED proof_t dual_proof(pattern_t pattern, const orbsoc_numbers *given,
   by_cone(pattern, sizes);
   share = add_shares(m, recession, sizes, rounding, share);
   return radius(ORBSOC_DUAL_INFEASIBLE, cost + deterministic_bound(n) * terms,
-                distance + lost_along(pattern, given, x), peak_of(n, given->c, 1.0), terms, share);
+                distance + lost_along(pattern, given, x), scale_of(pattern, given, 1, sizes), terms,
+                share);
 }
 
 /* ---- the outcome ---- */
@@ -585,7 +589,8 @@ ORBSOC_SHARED void fill(size_t count, double value, double *out) {
 }
 
 /* The stronger certificate of those that the original data support and an `apparent` solution does
- * not speak against: its status, or ORBSOC_SOLVED; its point in `at`. */
+ * not speak against: its status, or ORBSOC_SOLVED; its point in `at`. Of those that no radius in
+ * their own scale supports, the larger over the data's scale is the stronger. */
 static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, point_t *at) {
   pattern_t pattern = solver->pattern;
   const orbsoc_numbers *given = &solver->numbers;
@@ -599,12 +604,13 @@ static proof_t infeasible(const orbsoc_solver *solver, const point_t *apparent, 
       continue;
     }
     read_point(pattern, &words[side * unknowns_of(pattern)], x, y, z);
-    const proof_t proof =
+    proof_t proof =
         (side == 0u) ? primal_proof(pattern, given, y, z) : dual_proof(pattern, given, x);
     const int stands =
         most(proof.relative, proof.own) >= RADIUS_CLAIMED &&
         (apparent == NULL || norm_exceeds(pattern, proof.status, proof.radius, apparent->x,
                                           apparent->y, apparent->z) == 0);
+    proof.own = (proof.own >= RADIUS_CLAIMED) ? proof.own : 0.0;
     if (stands && (proof.own > found.own ||
                    (proof.own == found.own && proof.relative >= found.relative))) {
       found = proof;
@@ -670,7 +676,7 @@ static void verify(const orbsoc_solver *solver, point_t *at, orbsoc_solution *ou
                              solver->stop == (uint32_t)STOP_DUAL_CERTIFICATE;
   const int stalled = solver->stop == (uint32_t)STOP_STALLED ||
                       solver->stop == (uint32_t)STOP_NOT_FINITE;
-  if (by_certificate || (stalled && !solved && !usable)) {
+  if (by_certificate || (stalled && !solved)) {
     const proof_t proof = infeasible(solver, (!by_certificate && worst <= loose) ? at : NULL, at);
     if (proof.status != ORBSOC_SOLVED) {
       const double none = (double)NAN, infinite = (double)INFINITY;

@@ -84,7 +84,8 @@ class Residuals:
     radius: float
     """ρ: no feasible point of the infeasible side has an ∞-norm below it"""
     scale: float
-    """max(1, ‖b‖, ‖h‖) for primal, max(1, ‖c‖) for dual infeasibility"""
+    """max(1, s, s / (100 × largest entry of A, G)), where s is max(‖b‖, ‖h‖) for primal infeasibility, ‖c‖ for dual, and the larger of
+    both for dual where P is not zero, for a dual point has an x in it then."""
     own_radius: float = float("nan")
     """The radius in the certificate's own scale, the same in all units of rows, variables and cost; 50 are as good as 50 scales"""
 
@@ -143,11 +144,12 @@ def check_certificate(problem: Problem, solution: HasStatus) -> Residuals:
     if solution.status is Status.PRIMAL_INFEASIBLE:
         radius = primal_infeasibility_radius(problem, y, z)
         own_radius = _own_primal_radius(problem, y, z)
-        scale = max(1.0, _norm(problem.b), _norm(_constraining(problem)[0]))
+        scale = _data_scale(problem, _largest_side(problem))
     elif solution.status is Status.DUAL_INFEASIBLE:
         radius = dual_infeasibility_radius(problem, x)
         own_radius = _own_dual_radius(problem, x)
-        scale = max(1.0, _norm(problem.c))
+        of_x = _largest_side(problem) if problem.P.nnz else 0.0
+        scale = _data_scale(problem, max(_norm(problem.c), of_x))
     with np.errstate(all="ignore"):
         finite_h, constrains = _constraining(problem)
         Ax, Gx = problem.A @ x, np.where(constrains, problem.G @ x, 0.0)
@@ -229,6 +231,16 @@ def _sizes(matrix: csc.Matrix, v: Array) -> Array:
 def _shares(errors: Array, sizes: Array) -> Array:
     """Errors over the magnitudes of the terms that they are left of."""
     return np.divide(errors, sizes, out=np.zeros_like(errors), where=sizes > 0.0)
+
+
+def _data_scale(problem: Problem, side: float) -> float:
+    """The scale of right-hand sides of this size; no less than how near points can be where entries are small, over 100."""
+    entry = max(_norm(csc.entries(matrix)[0]) for matrix in (problem.A, problem.G))
+    return max(1.0, side, side / entry / 100.0 if entry > 0.0 else 0.0)
+
+
+def _largest_side(problem: Problem) -> float:
+    return max(_norm(problem.b), _norm(_constraining(problem)[0]))
 
 
 def objectives(problem: Problem, solution: HasPoint) -> tuple[float, float]:

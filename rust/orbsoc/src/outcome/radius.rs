@@ -33,22 +33,40 @@ pub(super) fn primal_radius(problem: &Problem, at: &mut Point) -> Radius {
     let (_, aty) = sums.products(&problem.a, &nowhere, &at.y);
     let (_, gtz) = sums.products(&problem.g, &nowhere, &at.z);
     let (y, z) = (at.y.as_slice(), at.z.as_slice());
-    let lost = roundoff_in_product(&problem.a, problem.p(), |value, i, _| (value * y[i]).abs())
-        + roundoff_in_product(&problem.g, problem.m(), |value, i, _| (value * z[i]).abs());
     let terms = problem.b.iter().zip(&at.y).chain(h.iter().zip(&at.z)).map(|(b, y)| (b * y).abs());
     let terms: f64 = terms.sum();
     let roundoff = deterministic_bound(problem.p() + problem.m()) * terms;
-    let scale = problem.b.iter().chain(h.iter()).fold(1.0, |top: f64, v| top.max(v.abs()));
+    let scale = data_scale(problem, largest_side(problem));
     let residual = aty + gtz;
-    let mut share = 0.0;
+    let (mut share, mut lost) = (0.0, 0.0);
     for (j, (in_a, in_g)) in problem.a.columns().zip(problem.g.columns()).enumerate() {
         let [in_a, in_g] = [(in_a, y), (in_g, z)].map(|((rows, values), weights)| {
             rows.iter().zip(values).fold(0.0, |sum, (&i, value)| sum + (value * weights[i]).abs())
         });
-        let lost = deterministic_bound(problem.p()) * in_a + deterministic_bound(problem.m()) * in_g;
-        share += share_of(residual[j].abs() + lost, in_a + in_g);
+        let rounding = deterministic_bound(problem.p()) * in_a + deterministic_bound(problem.m()) * in_g;
+        share += share_of(residual[j].abs() + rounding, in_a + in_g);
+        lost += rounding;
     }
     radius(support + roundoff, residual.lp_norm(1) + lost, scale, (terms, share))
+}
+
+/// How many times farther than where the largest entry makes its product the largest right-hand side an unknown may lie.
+const SCALE_RANGE: f64 = 100.0;
+
+/// The data's scale that a radius is compared with: at least 1, and no less than how near points can be where entries are small.
+fn data_scale(problem: &Problem, side: f64) -> f64 {
+    let entry = largest(problem.a.values().iter().chain(problem.g.values()));
+    let nearest = if entry > 0.0 { side / entry / SCALE_RANGE } else { 0.0 };
+    side.max(1.0).max(nearest)
+}
+
+fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().fold(0.0, |top: f64, value| top.max(value.abs()))
+}
+
+/// The largest right-hand side of rows that constrain.
+fn largest_side(problem: &Problem) -> f64 {
+    largest(problem.b.iter().chain(problem.h.iter().filter(|side| side.is_finite())))
 }
 
 /// An error over the magnitude of the terms that it is left of; zero where there are none.
@@ -82,7 +100,9 @@ pub(super) fn dual_radius(problem: &Problem, at: &mut Point) -> Radius {
         + roundoff_in_product(&problem.g, n, present);
     let terms = problem.c.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
     let roundoff = deterministic_bound(n) * terms;
-    let scale = problem.c.iter().fold(1.0, |top: f64, v| top.max(v.abs()));
+    // With a quadratic cost a dual point has an x in it.
+    let of_x = if problem.p.values().is_empty() { 0.0 } else { largest_side(problem) };
+    let scale = data_scale(problem, largest(&problem.c).max(of_x));
     let mut share = 0.0;
     for (errors, sizes, losses) in [
         (&px, row_sizes(&problem.p, x, true), 2.0),

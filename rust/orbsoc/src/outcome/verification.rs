@@ -171,9 +171,9 @@ impl FinishedAttempt<'_> {
         // that cut the solve short proves nothing.
         let usable = residuals.within(tol_inaccurate, tol_inaccurate) && stop != Stop::Interrupted;
         let by_certificate = matches!(stop, Stop::PrimalCertificate | Stop::DualCertificate);
-        // A nearly solved problem is not infeasible, however far out its solution lies.
-        if by_certificate || (stop == Stop::Stalled && !solved && !usable) {
-            // … and where its products hide what is missing, a point as large as the radius is not excluded by it.
+        if by_certificate || (stop == Stop::Stalled && !solved) {
+            // An apparent solution that is as large as the radius is not excluded by it: a nearly solved problem is not
+            // infeasible, however far out its solution lies, nor one whose products hide what is missing.
             let apparent = (!by_certificate && ratio <= tol_inaccurate).then_some(&best);
             if let Some(found) = self.infeasible(apparent) {
                 return self.accept(&found);
@@ -210,7 +210,7 @@ impl FinishedAttempt<'_> {
     }
 
     /// The stronger certificate of infeasibility, of those that the original data support and an `apparent` solution
-    /// does not speak against.
+    /// does not speak against. Of those that no radius in their own scale supports, the larger over the data's is the stronger.
     fn infeasible(&self, apparent: Option<&Point>) -> Option<InfeasibilityCertificate> {
         let primal = self.primal.as_ref().map(|entries| self.primal_infeasible(entries));
         let dual = self.dual.as_ref().map(|entries| self.dual_infeasible(entries));
@@ -218,7 +218,10 @@ impl FinishedAttempt<'_> {
             let Radius { relative, own, .. } = found.radius;
             relative.max(own) >= RADIUS_CLAIMED && apparent.is_none_or(|solution| found.excludes(solution))
         });
-        let order = |of: &InfeasibilityCertificate| (of.radius.own, of.radius.relative);
+        let order = |of: &InfeasibilityCertificate| {
+            let Radius { relative, own, .. } = of.radius;
+            (if own >= RADIUS_CLAIMED { own } else { 0.0 }, relative)
+        };
         certificates.max_by(|one, other| {
             let (one, other) = (order(one), order(other));
             one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1))
