@@ -412,7 +412,7 @@ ORBSOC_SHARED double scale_of(pattern_t pattern, const orbsoc_numbers *given, in
   if (!dual || pattern->nnz_p > 0u) {
     side = peak_of(pattern->given_m, h, peak_of(pattern->p, given->b, side));
   }
-  return (entry > 0.0) ? most(most(side, 1.0), side / entry / SCALE_RANGE) : most(side, 1.0);
+  return (entry >= DBL_MIN) ? most(most(side, 1.0), side / entry / SCALE_RANGE) : most(side, 1.0);
 }
 
 /* An error over the magnitude of the terms that it is left of; zero where there are none. */

@@ -236,7 +236,7 @@ def _shares(errors: Array, sizes: Array) -> Array:
 def _data_scale(problem: Problem, side: float) -> float:
     """The scale of right-hand sides of this size; no less than how near points can be where entries are small, over 100."""
     entry = max(_norm(csc.entries(matrix)[0]) for matrix in (problem.A, problem.G))
-    return max(1.0, side, side / entry / 100.0 if entry > 0.0 else 0.0)
+    return max(1.0, side, side / entry / 100.0 if entry >= np.finfo(float).tiny else 0.0)
 
 
 def _largest_side(problem: Problem) -> float:

@@ -54,9 +54,10 @@ pub(super) fn primal_radius(problem: &Problem, at: &mut Point) -> Radius {
 const SCALE_RANGE: f64 = 100.0;
 
 /// The data's scale that a radius is compared with: at least 1, and no less than how near points can be where entries are small.
+/// Entries that are no normal numbers count as zero, as in the iteration.
 fn data_scale(problem: &Problem, side: f64) -> f64 {
     let entry = largest(problem.a.values().iter().chain(problem.g.values()));
-    let nearest = if entry > 0.0 { side / entry / SCALE_RANGE } else { 0.0 };
+    let nearest = if entry >= f64::MIN_POSITIVE { side / entry / SCALE_RANGE } else { 0.0 };
     side.max(1.0).max(nearest)
 }
 
