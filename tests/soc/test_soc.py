@@ -35,6 +35,20 @@ def test_both_halves_have_the_hosts_bits_and_their_cycles_add_up() -> None:
     assert split.core_cycles - load < alone.core_cycles
 
 
+def test_a_stage_on_the_pl_leaves_the_core_its_calls() -> None:
+    """Words to and fro and waits lie within a stage of the core, and are counted once."""
+    split, alone = small_counts("paper"), small_counts(None)
+    there = {part.name: part for part in split.stages if part.where == "PL"}
+    of_core = {part.name: part for part in split.stages if part.where == "core"}
+    stages_alone = {part.name: part.core_cycles for part in alone.stages}
+    assert split.same_bits
+    assert {"factorize", "solve_pair"} <= set(there)
+    assert (
+        0 < of_core["factorize"].core_cycles < min(there["factorize"].core_cycles, stages_alone["factorize"])
+    )
+    assert 0 < summed([split])[-1].core_cycles < 2 * summed([alone])[-1].core_cycles
+
+
 def test_a_program_that_never_ends_is_told(machine: Machine, tmp_path: Path) -> None:
     image = tmp_path / "loop.hex"
     image.write_text("0000006f0000006f\n" * 8)  # j .

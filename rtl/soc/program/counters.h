@@ -22,6 +22,9 @@ static inline void add(counters *sum, counters since) {
   sum->instructions += here.instructions - since.instructions;
 }
 
+/* What the link took, and waits for the engine: within a stage of the method, and no part of it. */
+extern counters elsewhere;
+
 /* With EVENTS, a line "event KIND NUMBER BEGIN END" a part, after the solve. Kinds: s stage, w launch to end on the PL, and the
  * first letters of the link's: l load, p put, g get, b publish. */
 #ifdef EVENTS

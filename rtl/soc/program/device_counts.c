@@ -33,7 +33,10 @@ static uint32_t launched;
 static uint32_t done(int link, counters since, uint32_t code) {
   add(&spent[link], since);
   runs[link] += 1;
-  if (link != LAUNCH) note_event("lpgb"[link], 0, since);
+  if (link != LAUNCH) {
+    add(&elsewhere, since);
+    note_event("lpgb"[link], 0, since);
+  }
   return code;
 }
 
@@ -80,6 +83,7 @@ static uint32_t wait(void *context) {
   const uint32_t code = found == ORBSOC_PL_LAUNCH_TIMEOUT ? ORBSOC_DEVICE_RUNS : (uint32_t)found;
   if (code != ORBSOC_DEVICE_RUNS) {
     add(&waited[launched], launched_at);
+    add(&elsewhere, launched_at);
     launches[launched] += 1;
     note_event('w', launched, launched_at);
     busy[launched] += ENGINE_CLOCKS - busy_before;
