@@ -171,7 +171,7 @@ def _attempts(
     approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> tuple[tuple[Attempt, ...], Iteration]:
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
-    also drift by drift. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
+    also drift by drift, and, if all of these settle, about the drifts as they come. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
     on ways that turn. And the solve of that flight."""
     scenario = approach.scenario
     free, row = solve_convex(approach, forms, at_nodes(approach), solve)
@@ -186,7 +186,8 @@ def _attempts(
     near_circular = approach.circular or (scenario.model.j2 and not scenario.target.elliptic)
     if near_circular and 0.0 < approach.horizon_s < np.inf and best > WORTH_MORE * solution.objective:
         found.append(lengthened(approach, forms, solve, callback))
-    if not any(each.found for each in found):
+    settled = all(each.reason is ExitReason.CONVERGED for each in found)
+    if (settled and best > WORTH_MORE * solution.objective) or not any(each.found for each in found):
         found.append(attempt(approach, forms, "as it comes", None, solve, callback))
     if approach.horizon_s < np.inf and not any(each.found for each in found):
         found.append(widened(approach, forms, "as the keep-out grows", None, solve, callback))
