@@ -191,11 +191,12 @@ class Beside:
 
 
 def main() -> None:
-    """Print a line an approach."""
+    """Print a line an approach: docs/measurements/approach-nonlinear.csv is of the first 200."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--first", type=int, default=0)
     chosen = parser.parse_args()
+    sys.stdout.write("approach,plan_m_s,ends,best_m_s\n")
     for seed in range(chosen.first, chosen.first + chosen.count):
         try:
             plan = approach.plan(checked(approach.Scenario, scenario(seed), source=f"random {seed}"))
@@ -206,12 +207,7 @@ def main() -> None:
         beside = Beside(plan)
         ours = beside.cost(beside.planned)[0]
         theirs, ends = beside.best(seed)
-        words = (
-            f"best {theirs:.5f}  above {100.0 * (ours / theirs - 1.0):+.3f} %"
-            if np.isfinite(theirs)
-            else "none verified"
-        )
-        sys.stdout.write(f"{seed:4d} ours {ours:.5f}  {ends:2d} ends  {words}\n")
+        sys.stdout.write(f"{seed},{ours:.5f},{ends},{theirs:.5f}\n")
         sys.stdout.flush()
 
 
