@@ -33,7 +33,6 @@ from orbsoc.flight.instructions import counted as executed_stages
 from orbsoc.hw.emulation import PsScheduler
 from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import Posed
-from orbsoc.soc.compare import sizes_of_rest
 from orbsoc.soc.counted import Counted, parsed
 from orbsoc.soc.machine import Machine
 from orbsoc.soc.program import compiled
@@ -140,14 +139,17 @@ def pattern_of(name: str) -> Pattern:
 def fitted(
     rows: list[Row], counts: dict[str, dict[str, float]], patterns: dict[str, Pattern]
 ) -> dict[str, Any]:
-    """Per stage the costs in instructions; of the rest the costs in clocks; and what an instruction and waits cost."""
+    """Per stage the costs in instructions; what an instruction of the rest costs in clocks; and what an instruction and waits cost."""
     stages = sorted({stage for found in counts.values() for stage in found})
     costs = {
         stage: _costs([(charges(stage, patterns[name]), found[stage]) for name, found in counts.items() if stage in found])
         for stage in stages
         if stage.partition(",")[0] in next(iter(patterns.values())).stages
     }  # fmt: skip
-    rest = _costs([(sizes_of_rest(patterns[row.name]), row.stages["rest"][1]) for row in rows])
+    rest = [row.stages["rest"] for row in rows]
+    rest_law = _costs(
+        [({"cycles_per_instruction": instructions}, cycles) for _, cycles, instructions in rest]
+    )
     table, share = list[list[float]](), list[float]()
     for row in rows:
         total = sum(cycles for _, cycles, _ in row.stages.values())
@@ -169,7 +171,7 @@ def fitted(
     found = nnls(np.array(table) * np.array(share)[:, None], np.array(share))[0]
     return {
         "waits": {name: round(float(x), 2) for name, x in zip(WAITS, found, strict=True)},
-        "rest": rest,
+        "rest": rest_law,
         "costs": costs,
     }
 

@@ -33,9 +33,11 @@ from scripts.instruction_problems import FAMILIES
 from scripts.record_rocket import LATENCY, RTL
 
 RECORD = FOLDER / "rocket_link.json"
-RUNS = (("lasso-5", 6), ("lasso-5", 3), ("svm-3", 6))
+RUNS = (("lasso-5", 6), ("lasso-5", 3), ("svm-3", 6), ("small_lp-100", 6), ("powered_descent-8", 6))
 ENGINE = Engine(lanes=4, banks=16, address_bits=16)
 """As of the table in docs/whole-chip.md, so that they share a model."""
+WIDTH = 8.0
+"""Bytes that the DMA's port of the engine takes in a clock at most."""
 REGISTER_ACCESSES = 7
 """Of a PUBLISH: four of its frame, STATUS, two words of flags."""
 PARTS = ("put", "get", "publish", "launch", "interrupt")
@@ -96,7 +98,10 @@ def fitted(rows: list[Row]) -> dict[str, float]:
         return [modelled(row, side, law) / row.parts[part][1] - 1.0 for row in rows for part, side in (("put", "pl"), ("get", "ps"))]  # fmt: skip
 
     law = least_squares(
-        errors, [400.0, 15.0, 6.0, 5.0], bounds=(0.0, np.inf), x_scale=[100.0, 10.0, 1.0, 1.0]
+        errors,
+        [400.0, 15.0, 6.0, 5.0],
+        bounds=(0.0, [np.inf, np.inf, WIDTH, WIDTH]),
+        x_scale=[100.0, 10.0, 1.0, 1.0],
     ).x
     accesses = 4  # STATUS, two words of flags, IRQ_ACK
     entry = [

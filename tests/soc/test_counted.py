@@ -21,7 +21,7 @@ ALONE = [
     "SOLVED in 9 iterations: the recorded bits",
 ]
 SPLIT = [
-    "load 1 50", "put 4 30", "get 2 20", "segment 34 1 400 66", "solve 520 90",
+    "load 1 50 12", "put 4 30 8", "get 2 20 5", "segment 34 1 400 60 66", "solve 520 90",
     "SOLVED in 9 iterations: the recorded bits", "  place 1; first try: none; second try: none",
 ]  # fmt: skip
 
@@ -44,7 +44,14 @@ def test_speedup_is_without_loading_the_program() -> None:
 
 def test_an_attempt_is_a_part_on_the_pl() -> None:
     attempt = next(row for row in summed([parsed(SPLIT, stage_names())]) if row.where == "PL")
-    assert (attempt.name, attempt.core_cycles, attempt.pl_cycles) == ("attempt", 400, 66)
+    assert (attempt.name, attempt.core_cycles, attempt.instructions, attempt.pl_cycles) == (
+        "attempt",
+        400,
+        60,
+        66,
+    )
+    rest = summed([parsed(SPLIT, stage_names())])[-1]
+    assert (rest.name, rest.core_cycles, rest.instructions) == (REST, 20, 5)
     assert any(
         "attempt" in line and "76.9 %" in line for line in table([parsed(SPLIT, stage_names())], "split")
     )

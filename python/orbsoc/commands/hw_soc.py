@@ -163,7 +163,6 @@ def _modelled(
     compared: Comparison, solves: list[Any], partition: str, engine: Any, ratio: float, latency: int
 ) -> list[str]:
     """Tables of the model beside the chip; a line why there is none."""
-    from hw_model import load_partition
     from orbsoc.soc.compare import LATENCY, lines_of, pairs
 
     if latency != LATENCY:
@@ -172,11 +171,9 @@ def _modelled(
         "",
         *lines_of(pairs(compared.alone, solves, None, engine, ratio), "core alone, modelled beside counted"),
     ]
-    if compared.split and load_partition(partition).control == "pl":
+    if compared.split:
         rows = pairs(compared.split, solves, partition, engine, ratio)
         lines += ["", *lines_of(rows, f"partition {partition}, modelled beside counted")]
-    elif compared.split:
-        lines += ["", f"Modelled  not {partition}: its parts on the core hold those on the PL"]
     return lines
 
 

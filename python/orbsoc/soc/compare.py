@@ -1,6 +1,6 @@
 """The model beside the chip: what `rocket_soc` says of the runs that were counted, part by part.
 
-Instructions of a stage on the core are the run's own; what the model says is how many clocks they take. Parts on the PL and the link
+Instructions of a part on the core are the run's own; what the model says is how many clocks they take. Parts on the PL and the link
 come of the pattern alone.
 """
 
@@ -16,15 +16,14 @@ from typing import TYPE_CHECKING, Any
 from hw_model import load_partition, load_platform
 from hw_model.timing.actions import actions_of
 from hw_model.timing.durations import Durations
-from hw_model.timing.instructions import FOLDER, recorded, summed
+from hw_model.timing.instructions import FOLDER, recorded
 from hw_model.timing.ps import cycles_of
-from hw_model.timing.trace import Pattern, Trace, parse_trace
+from hw_model.timing.trace import Trace, parse_trace
 from orbsoc import _core
 
-from .table import REST
+from .table import REST, rest_of
 
 if TYPE_CHECKING:
-    from hw_model import Platform
     from orbsoc.hw.schedules import Engine
     from orbsoc.hw.workload import Posed
 
@@ -68,7 +67,7 @@ def pairs(
         for part in run.stages:
             if part.name != LOAD:
                 counted[LINK if part.where == "link" else part.name] += part.core_cycles
-        counted[REST] += run.core_cycles - sum(part.core_cycles for part in run.stages)
+        counted[REST] += rest_of([run])[0]
     rows = [Pair(name, clocks, modelled[name]) for name, clocks in counted.items()]
     rows.sort(key=lambda row: -row.counted)
     return [*rows, Pair("whole", sum(counted.values()), sum(modelled.values()))]
@@ -115,12 +114,18 @@ def _modelled(
             found[name] += durations.picoseconds(work) / 1000.0
     pattern = trace.patterns[0]
     shares = _shares(posed, trace) if partition is None else {}
+    there = {part.name for part in run.stages if part.where == "PL"}
+    calls = platform.ps.cycles_per_instruction.value
     for part in run.stages:
-        if part.where == "core" and part.name in pattern.stages:
+        if part.where == "core" and part.name in there:
+            found[part.name] += part.instructions * calls
+        elif part.where == "core" and part.name in pattern.stages:
             each = part.instructions / part.runs
             clocks = cycles_of(each, part.name, pattern, platform.ps, "f64", share=shares.get(part.name, 1.0))
             found[part.name] += part.runs * clocks
-    found[REST] += _rest(pattern, platform)
+    found[REST] += (
+        rest_of([run])[1] * _record(platform.ps.instruction_record)["rest"]["cycles_per_instruction"]
+    )
     return found
 
 
@@ -140,22 +145,6 @@ def _shares(posed: Posed, trace: Trace) -> dict[str, float]:
         for name in +spared
     }
     return {name: 1.0 - max(0.0, 1.0 - left[name]) * spared[name] / runs[name] for name in left}
-
-
-def _rest(pattern: Pattern, platform: Platform) -> float:
-    """Clocks of certificate, calls and control, by the record's law of them."""
-    return summed(_record(platform.ps.instruction_record)["rest"], sizes_of_rest(pattern))
-
-
-def sizes_of_rest(pattern: Pattern) -> dict[str, float]:
-    """What certificate, calls and control go by."""
-    return {
-        "run": 1,
-        "variables": pattern.n,
-        "equations": pattern.p,
-        "rows": pattern.m,
-        "nonzeros_kkt": pattern.nnz_kkt,
-    }
 
 
 @cache

@@ -68,15 +68,13 @@ def parsed(lines: Iterable[str], stage_names: tuple[str, ...]) -> Counted:
             number, runs, cycles, instructions = map(int, rest.split())
             stages.append(StageCount(stage_names[number], "core", runs, cycles, instructions))
         elif kind in {"put", "get", "load", "publish"}:
-            runs, cycles = map(int, rest.split())
-            stages.append(StageCount(kind, "link", runs, cycles))
+            stages.append(StageCount(kind, "link", *map(int, rest.split())))
         elif kind in {"launch", "interrupt"}:
-            runs, cycles = map(int, rest.split())
-            within.append(StageCount(kind, "link", runs, cycles))
+            within.append(StageCount(kind, "link", *map(int, rest.split())))
         elif kind == "segment":
-            number, runs, cycles, pl_cycles = map(int, rest.split())
+            number, runs, cycles, instructions, pl_cycles = map(int, rest.split())
             name = stage_names[number - 1] if number <= len(stage_names) else "attempt"
-            stages.append(StageCount(name, "PL", runs, cycles, pl_cycles=pl_cycles))
+            stages.append(StageCount(name, "PL", runs, cycles, instructions, pl_cycles))
         elif kind == "solve":
             cycles, instructions = map(int, rest.split())
             whole = cycles, instructions

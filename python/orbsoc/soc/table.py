@@ -49,12 +49,17 @@ def added(parts: Iterable[StageCount]) -> list[StageCount]:
     return [StageCount(name, where, *row) for (name, where), row in sums.items()]
 
 
+def rest_of(runs: Sequence[Counted]) -> tuple[int, int]:
+    """Core cycles and instructions of what is in no part."""
+    parts = [part for run in runs for part in run.stages]
+    instructions = sum(run.instructions for run in runs) - sum(part.instructions for part in parts)
+    return _total(runs) - sum(part.core_cycles for part in parts), instructions
+
+
 def summed(runs: Sequence[Counted]) -> list[StageCount]:
     """The parts of all runs; last what is in no part."""
     rows = added(part for run in runs for part in run.stages)
-    rest = _total(runs) - sum(row.core_cycles for row in rows)
-    instructions = sum(run.instructions for run in runs) - sum(row.instructions for row in rows)
-    return [*rows, StageCount(REST, "core", len(runs), rest, max(instructions, 0))]
+    return [*rows, StageCount(REST, "core", len(runs), *rest_of(runs))]
 
 
 def table(runs: Sequence[Counted], title: str) -> list[str]:

@@ -1,7 +1,7 @@
 /* As counts.c, for what the device does: around the functions that the driver hands to the library, words by DMA where they can.
- *   load RUNS CYCLES, put …, get …, publish …          the link
- *   segment NUMBER RUNS CYCLES BUSY     from a launch to its end: core cycles, and clocks in which the engine was busy
- *   launch RUNS CYCLES, interrupt RUNS CYCLES     of which, writing the registers of a launch, and the handler at its end
+ *   load RUNS CYCLES INSTRUCTIONS, put …, get …, publish …          the link
+ *   segment NUMBER RUNS CYCLES INSTRUCTIONS BUSY     from a launch to its end; BUSY: clocks of the engine in which it was busy
+ *   launch RUNS CYCLES INSTRUCTIONS, interrupt …     of which, writing the registers of a launch, and the handler at its end
  * The end of a launch comes by interrupt. LIMIT: clocks of the PL that one may take, where it is not the program's own.
  */
 #include <stdio.h>
@@ -101,12 +101,23 @@ orbsoc_error __wrap_orbsoc_attach(orbsoc_solver *solver, const orbsoc_partition 
   return __real_orbsoc_attach(solver, partition, &around);
 }
 
+static void print_part(const char *name, uint64_t count, const counters *sum) {
+  printf("%s %llu %llu %llu", name, (unsigned long long)count, (unsigned long long)sum->cycles,
+         (unsigned long long)sum->instructions);
+}
+
 void print_device(void) {
   for (int k = 0; k < LINKS; ++k)
-    if (runs[k]) printf("%s %llu %llu\n", names[k], (unsigned long long)runs[k], (unsigned long long)spent[k].cycles);
-  printf("interrupt %llu %llu\n", (unsigned long long)interrupts_taken, (unsigned long long)interrupts_spent.cycles);
+    if (runs[k]) {
+      print_part(names[k], runs[k], &spent[k]);
+      printf("\n");
+    }
+  print_part("interrupt", interrupts_taken, &interrupts_spent);
+  printf("\n");
   for (int k = 0; k < SEGMENTS; ++k)
-    if (launches[k])
-      printf("segment %d %llu %llu %llu\n", k, (unsigned long long)launches[k], (unsigned long long)waited[k].cycles,
-             (unsigned long long)busy[k]);
+    if (launches[k]) {
+      printf("segment %d", k);
+      print_part("", launches[k], &waited[k]);
+      printf(" %llu\n", (unsigned long long)busy[k]);
+    }
 }
