@@ -71,11 +71,11 @@ units: $(INSTALLED) $(TESTING) ## a million vectors per floating-point unit and 
 	ORBSOC_REQUIRE_RTL=1 ORBSOC_UNIT_VECTORS=1000000 $(BIN)/pytest tests/rtl/test_units.py
 
 area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula against it (30 min)
-	$(BIN)/python scripts/record_synthesis.py xc7
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_synthesis xc7
 
 route: $(INSTALLED) $(ROUTING) ## place and route the RTL, ROUTE=units or modules, all of it in hours; a stopped run goes on
 	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_route $(ROUTE)
-	PATH=$(abspath $(BIN)):$$PATH PYTHONPATH=$(CURDIR) $(BIN)/python scripts/record_synthesis.py ultra
+	PATH=$(abspath $(BIN)):$$PATH PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_synthesis ultra
 
 long: $(INSTALLED) $(TESTING) ## the tests that take minutes each (tests/long.py), every command of the guides among them
 	$(BIN)/pytest -n auto --long

@@ -1,7 +1,8 @@
 """Synthesise the RTL with yosys and record what it takes: hw_model/area/synthesis*.json, docs/rtl.md (`make area`).
 
-A row is synthesised again when the RTL, the tool or its parameters changed. All rows take half an hour of one core; a
-stopped run goes on with the row that it was at.
+A row is synthesised again when its circuit (scripts/circuit.py), the tool or its parameters changed. All rows take half an hour of
+one core; a stopped run goes on with the row that it was at. Usage: record_synthesis.py [--same] [FAMILY …]; with --same nothing is
+synthesised, and a record with a row of another circuit is left as it is: exit code 1.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from typing import Any
 from hw_model.area.engine import engine_area
 from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
+from scripts.circuit import ROOT, circuit
 
-ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "hw_model" / "area" / "synthesis.json"
 PAGE = ROOT / "docs" / "rtl.md"
 CELLS = ("lut", "lut_shift", "lut_memory", "ff", "dsp", "bram36", "carry4")
@@ -125,27 +126,43 @@ def digest(*patterns: str) -> str:
 
 def main() -> None:
     """Bring the records of all families, or of those named, and the page up to date."""
+    wanted = [word for word in sys.argv[1:] if word != "--same"]
     for family in FAMILIES:
-        if not sys.argv[1:] or family.name in sys.argv[1:]:
-            bring_up_to_date(family)
+        if not wanted or family.name in wanted:
+            bring_up_to_date(family, only_same="--same" in sys.argv)
     PAGE.write_text(with_tables(PAGE.read_text()))
 
 
-def bring_up_to_date(family: Family) -> None:
-    """The record of one family."""
+def bring_up_to_date(family: Family, *, only_same: bool = False) -> None:
+    """The record of one family. Raises SystemExit for rows of another circuit or tool, if only the same may stay."""
     state = rtl_digest()
     said = subprocess.run([family.tool, "-V"], check=True, capture_output=True, text=True).stdout
     tool = said.split(" (")[0].strip()
     known = json.loads(family.record.read_text()) if family.record.exists() else {}
-    same = known.get("rtl") == state and known.get("tool") == tool
-    old = {(row["module"], _text(row["parameters"])): row for row in known.get("rows", []) if same}
+    old = {(row["module"], _text(row["parameters"])): row for row in known.get("rows", [])}
+    kept = {key: row for key, row in old.items() if known.get("tool") == tool}
+    if known.get("rtl") != state:
+        kept = {key: row for key, row in kept.items() if row.get("circuit") == _circuit(*key)}
+    others = [f"{module} {parameters}" for module, parameters in old if (module, parameters) not in kept]
+    if only_same and others:
+        raise SystemExit("\n".join(f"another circuit or tool: {family.name} {row}" for row in others))
     rows: list[dict[str, Any]] = []
-    for module, parameters in family.modules:
-        row = old.get((module, parameters)) or synthesise(module, parameters, family)
-        rows.append(row | {"fitted": (module, parameters) in FITTED})
-        if len(rows) > len(old):  # what is found is kept, and a stopped run goes on
-            write(state, tool, rows, family)
+    for key in family.modules:
+        if key not in kept and only_same:
+            continue
+        row = kept.get(key) or synthesise(*key, family)
+        digest_of_row = {} if "circuit" in row else {"circuit": _circuit(*key)}
+        rows.append(row | digest_of_row | {"fitted": key in FITTED})
+        if rows[-1] != kept.get(key):  # what is found stays, and a stopped run goes on
+            later = [row for other, row in kept.items() if other in family.modules[len(rows) :]]
+            write(state, tool, [*rows, *later], family)
     write(state, tool, rows, family)
+
+
+def _circuit(module: str, parameters: str) -> str:
+    """By one tool for all families."""
+    read = "read_verilog -sv -I. contract.sv fpu/*.sv engine/*.sv"
+    return circuit(ROOT / "rtl", read, module, parameters, XC7.tool)
 
 
 def write(state: str, tool: str, rows: list[dict[str, Any]], family: Family) -> None:

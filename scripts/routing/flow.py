@@ -6,12 +6,11 @@ import hashlib
 import json
 import re
 import shutil
-import subprocess
-import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scripts.record_synthesis import ROOT
+from scripts.circuit import ROOT, circuit, run
 from scripts.routing.modules import source_of
 from scripts.routing.parts import PARTS, options, versions
 from scripts.routing.wrapper import wrapper
@@ -21,16 +20,28 @@ WORK = ROOT / "out" / "route"
 
 def made_from(name: str, module: str, parameters: str) -> str:
     """Of what a row is made: a digest of the RTL, the wrapper and the options of both tools."""
-    part, source = PARTS[name], source_of(module)
-    made = (
-        part.synth,
-        part.finish,
-        part.files,
-        options(name, module, parameters),
-        source.read,
-        source.digest,
-    )
-    return hashlib.sha256(f"{made} {wrapper(module, {}, {}, source.clock)}".encode()).hexdigest()[:16]
+    source = source_of(module)
+    return _digest(name, module, parameters, source.read, source.digest)
+
+
+@cache
+def circuit_of(name: str, module: str, parameters: str) -> str:
+    """The same of the circuit in place of the text that describes it."""
+    return _digest(name, module, parameters, _circuit(module, parameters))
+
+
+@cache
+def _circuit(module: str, parameters: str) -> str:
+    source = source_of(module)
+    return circuit(source.folder, source.read, module, parameters)
+
+
+def _digest(name: str, module: str, parameters: str, *rtl: str) -> str:
+    part = PARTS[name]
+    made = (part.synth, part.finish, part.files, options(name, module, parameters), *rtl)
+    return hashlib.sha256(f"{made} {wrapper(module, {}, {}, source_of(module).clock)}".encode()).hexdigest()[
+        :16
+    ]
 
 
 def routed(name: str, module: str, parameters: str, seed: int) -> dict[str, Any]:
@@ -95,15 +106,6 @@ def synthesised(name: str, module: str, parameters: str) -> Path:
     )  # fmt: skip
     (folder / "unfinished.json").rename(netlist)
     return netlist
-
-
-def run(tool: str, *arguments: str, folder: Path) -> None:
-    """A tool in a folder; its output only if it fails."""
-    beside = Path(sys.executable).parent / tool
-    command = [str(beside) if beside.exists() else tool, *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise SystemExit(f"{' '.join(command)}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
 
 
 def _place(cell: str) -> str:
