@@ -78,7 +78,7 @@ route: $(INSTALLED) $(ROUTING) ## place and route the RTL, ROUTE=units or module
 	PATH=$(abspath $(BIN)):$$PATH PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_synthesis ultra
 
 long: $(INSTALLED) $(TESTING) ## the tests that take minutes each (tests/long.py), every command of the guides among them
-	$(BIN)/pytest -n auto --long
+	$(BIN)/pytest -n auto --long -o faulthandler_timeout=10800
 
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
 	ORBSOC_FUZZ=$(FUZZ) cargo test --release -p orbsoc --lib --locked
