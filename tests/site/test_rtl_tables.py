@@ -1,4 +1,4 @@
-"""What `orbsoc hw validate --solve` prints is in the tables of docs/rtl.md: minutes, so only by `make long`."""
+"""What `orbsoc hw validate` prints of solves and mutations is in the tables of docs/rtl.md: minutes, so only by `make long`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = ("--solve", "--set pl.interleaved=4 --solve")
+COMMANDS = ("--solve", "--set pl.interleaved=4 --solve", "--mutations")
 
 
 def rows(text: str) -> list[list[str]]:
