@@ -5,6 +5,7 @@ PYTHON ?= python3
 FUZZ   ?= 20
 T      ?= tests --ignore=tests/integration/test_wheel.py
 ROUTE  ?=
+PROBLEM ?=
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -24,6 +25,10 @@ WHEEL     := $(VENV)/wheel.stamp
 INSTALLED := $(VENV)/installed.stamp
 FILE_LIST := $(VENV)/sources.list
 
+# A computer for an FPGA, step by step; its program comes last (scripts/board/flow.py).
+BOARD   := out/board
+CIRCUIT := $(wildcard rtl/*.sv* rtl/fpu/* rtl/engine/* rtl/axi/* rtl/board/*.*) requirements/route.txt
+
 # The extension beside the Python sources, for `make check`; git, the wheel and `make test` do not see it.
 EXTENSION := python/orbsoc/_core.abi3.so
 PROFILE   := $(or $(shell sed -n 's/^\[profile\.\(edit\)\]/\1/p' Cargo.toml),release)
@@ -33,7 +38,7 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL: # pip installs into one environment; compilers use all cores by themselves
-.PHONY: help demo test check lint docs bench results units area route long fuzz memcheck lock clean FORCE
+.PHONY: help demo test check lint docs bench results units area route bitstream netlist long fuzz memcheck lock clean FORCE
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -76,6 +81,12 @@ area: $(INSTALLED) ## synthesise the RTL with yosys, and hold the area formula a
 route: $(INSTALLED) $(ROUTING) ## place and route the RTL, ROUTE=units or modules, all of it in hours; a stopped run goes on
 	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_route $(ROUTE)
 	PATH=$(abspath $(BIN)):$$PATH PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.record_synthesis ultra
+
+bitstream: $(BOARD)/routed.config | $(INSTALLED) $(ROUTING) ## out/board/board.bit for a ULX3S 85F: core, engine, and a program that solves PROBLEM on it
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.board.flow bitstream $(PROBLEM)
+
+netlist: bitstream ## simulate what was placed and routed beside its RTL, with the program, and compare their words
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.board.simulate
 
 long: $(INSTALLED) $(TESTING) ## the tests that take minutes each (tests/long.py), every command of the guides among them
 	$(BIN)/pytest -n auto --long -o faulthandler_timeout=10800
@@ -121,6 +132,12 @@ $(WRITING): requirements/docs.txt $(RUNTIME)
 $(ROUTING): requirements/route.txt $(RUNTIME)
 	$(PIP) install -r $<
 	@touch $@
+
+$(BOARD)/netlist.json: $(CIRCUIT) | $(INSTALLED) $(ROUTING)
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.board.flow netlist
+
+$(BOARD)/routed.config: $(BOARD)/netlist.json
+	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.board.flow routed
 
 $(EXTENSION): Cargo.toml Cargo.lock $(shell find rust -path '*/src/*' -o -name Cargo.toml) $(wildcard rtl/*.svh flight/* flight/missions/*) | $(READY)
 	cargo build --profile $(PROFILE) --locked -p orbsoc-py --features extension-module

@@ -8,6 +8,7 @@
 #        rtl/build.sh axi_engine -GFP=64 -GLANES=4 …      as engine, with the driver in C as its PS
 #        ORBSOC_ROCKET=FOLDER rtl/build.sh soc -GFP=64 …  as engine, with a core; FOLDER is pythondata_cpu_rocket's `verilog`
 #        ORBSOC_ROCKET=FOLDER rtl/build.sh soc_trace …    the same, which can write waveforms (FST)
+#        ORBSOC_PICORV32=FOLDER rtl/build.sh board        the computer of board/; FOLDER is pythondata_cpu_picorv32's `verilog`
 # SEQUENCER: 0 flat, 1 compressed, 2 in order. Parameters that are not given are the module's; the harness takes all from the model.
 # The result is kept under $ORBSOC_RTL_CACHE (default ~/.cache/orbsoc/rtl) by the hash of sources, parameters and tools;
 # so are the objects of Verilator's runtime, which is a third of a build and the same in all of them.
@@ -42,10 +43,16 @@ case $top in
     fast=-O2
     split="--output-split 20000 --output-split-cfuncs 2000 -DPRINTF_COND=0 -DSTOP_COND=0"
     [ "$top" = soc ] || traced=--trace-fst ;;
-  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, engine_upsets, axi_slaves, axi_engine, soc and soc_trace" >&2; exit 2 ;;
+  board)
+    module=ulx3s
+    core=${ORBSOC_PICORV32:?is not set: the folder of the core}
+    fast=-O2
+    split=-Wno-TIMESCALEMOD  # the core has one, for its test bench
+    sources="$here/board/picorv32.vlt $here/engine/*.sv $here/axi/*.sv $here/board/*.sv $core/picorv32.v $here/harness/board.cpp" ;;
+  *) echo "rtl/build.sh: no top '$top'; there are units, registers, engine, engine_upsets, axi_slaves, axi_engine, soc, soc_trace and board" >&2; exit 2 ;;
 esac
 
-texts=$(find "$here" ! -path "$here/soc/program/*" \( -name '*.sv*' -o -name '*.[ch]pp' -o -name '*.[ch]' -o -name build.sh \) | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
+texts=$(find "$here" ! -path "$here/*/program/*" \( -name '*.sv*' -o -name '*.[ch]pp' -o -name '*.[ch]' -o -name build.sh \) | LC_ALL=C sort | tr '\n' '\0' | xargs -0 cat)
 tools=$(verilator --version; ${CXX:-c++} --version)
 key=$(printf '%s\n' "$texts" "$tools" "$top" "$@" | sha256sum | cut -c 1-16)
 cache=${ORBSOC_RTL_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/orbsoc/rtl}

@@ -26,6 +26,7 @@ LONG: dict[str, tuple[str, ...]] = {
         "divider's", "square of a root", "rest of a quotient", "counter stuck", "templates a stage early", r"programs_that_catch_mutations\[flat-engine4",
     ),
     "rtl/test_resident.py": (r"single, ", r"cones 3, compressed", r"stalls twice, compressed", "a_stop_bit_that_is_not_read"),
+    "board/test_board.py": ("another_answer_than_the_hosts",),
     "rtl/test_route.py": (r"\[ecp5_85_8-fp_add\]",),
     "integration/test_cli_reach.py": ("while_figures_are_drawn", "what_no_report_leaves_out", "a_killed_sweep"),
     "integration/test_cli_reach_restricted.py": (r"\[(altitude, )?perigee at its bound\]", r"\[perigee direction"),

@@ -31,6 +31,19 @@ WRAPPED = ("orbsoc_run", "orbsoc_solve", "orbsoc_attach")
 
 
 @dataclass(frozen=True, slots=True)
+class Target:
+    """A core that programs are linked for: the compiler's flags, the functions that its board's program is around, and bytes of a
+    word of its memory's image."""
+
+    flags: tuple[str, ...]
+    wrapped: tuple[str, ...]
+    word_bytes: int
+
+
+ROCKET = Target(FLAGS, WRAPPED, 8)
+
+
+@dataclass(frozen=True, slots=True)
 class Program:
     """An image and the engine that its partition needs; none for the core alone."""
 
@@ -117,7 +130,14 @@ def _digest(defines: list[str], files: list[Path]) -> str:
 
 
 def linked(
-    folder: Path, sources: list[Path], script: Path, defines: list[str], image: Path, *, on_pl: bool
+    folder: Path,
+    sources: list[Path],
+    script: Path,
+    defines: list[str],
+    image: Path,
+    *,
+    on_pl: bool,
+    target: Target = ROCKET,
 ) -> None:
     """The image of a program from its sources; intermediate files are in `folder`. Raises SocError."""
     binary = folder / "image.bin"
@@ -128,12 +148,12 @@ def linked(
             f"-DORBSOC_PL_REGISTERS=0x{REGISTERS:x}u",
             f"-DORBSOC_PL_MEMORIES=0x{MEMORIES:x}u",
         ]
-    wraps = ",".join(f"--wrap={name}" for name in WRAPPED if on_pl or name != "orbsoc_attach")
+    wraps = ",".join(f"--wrap={name}" for name in target.wrapped if on_pl or name != "orbsoc_attach")
     includes = [f"-I{folder / name}" for name in (".", "flight", "driver")]
     _run(
         [
             COMPILER,
-            *FLAGS,
+            *target.flags,
             *defines,
             *includes,
             f"-Wl,{wraps}",
@@ -146,10 +166,11 @@ def linked(
     )
     _run([COMPILER.replace("gcc", "objcopy"), "-O", "binary", str(elf), str(binary)])
     data = binary.read_bytes()
-    words = np.frombuffer(data + bytes(-len(data) % 8), dtype="<u8")
+    size = target.word_bytes
+    words = np.frombuffer(data + bytes(-len(data) % size), dtype=f"<u{size}")
     image.parent.mkdir(parents=True, exist_ok=True)
     temporary = image.with_suffix(f".{folder.parent.name}")
-    temporary.write_text("".join(f"{word:016x}\n" for word in words.tolist()))
+    temporary.write_text("".join(f"{word:0{2 * size}x}\n" for word in words.tolist()))
     temporary.replace(image)
 
 
