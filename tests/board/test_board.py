@@ -44,6 +44,12 @@ def test_the_engine_on_the_board_has_the_hosts_bits(image: Path) -> None:
     assert f"answer {firmware.answer_hash(firmware.rendezvous())}" in lines
 
 
+def test_a_byte_begins_it_anew(image: Path) -> None:
+    code, lines = printed(image, LIMIT, runs=2)
+    half = len(lines) // 2
+    assert (code, lines[-1], lines[:half]) == (0, "PASS", lines[half:])
+
+
 def test_another_answer_than_the_hosts_is_told(image: Path, tmp_path: Path) -> None:
     """One bit of what the program expects is another."""
     problem = firmware.rendezvous()
