@@ -3,7 +3,7 @@
     python -m scripts.board.simulate      after `make bitstream`; what it prints is in docs/board.md
 
 Compared are all pins, and each access of the core: address, bytes, the word written, or the word read. The netlist is nextpnr's JSON,
-its memories as `board.config` fills them; delays are not simulated.
+its memories as ecpunpack reads them from the bitstream; delays are not simulated.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 from scripts.board.cells import nets_of, write_cells
 from scripts.board.flow import TOP, WORK
 from scripts.record_synthesis import ROOT
+from scripts.routing.flow import run
 from scripts.routing.modules import TILES
 
 TAPS = ("valid", "ready", "address", "value", "answer", "strobes")
@@ -79,7 +80,8 @@ def simulate() -> str:
     routed = json.loads((WORK / "routed.json").read_text())
     before = json.loads((WORK / "netlist.json").read_text())
     taps = {name: nets_of(f"computer.{name}", before, routed) for name in TAPS}
-    write_cells(folder, routed, (WORK / "board.config").read_text(), taps)
+    run("yowasp-ecpunpack", "--input", "board.bit", "--textcfg", "unpacked.config", folder=WORK)
+    write_cells(folder, routed, (WORK / "unpacked.config").read_text(), taps)
     (folder / "bench.sv").write_text(BENCH.replace("LIMIT", str(LIMIT)))
     shutil.copy(WORK / "whole.hex", folder / "memory.hex")
     ours = sorted(path for name in ("fpu", "engine", "axi", "board") for path in (WORK / name).glob("*.sv"))

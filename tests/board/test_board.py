@@ -108,3 +108,8 @@ def test_the_sizes_of_the_computer_are_those_of_its_program_and_tools() -> None:
     assert given["CLOCKS"] == round(flow.CLOCK_MHZ * 1e6 / 115200)
     script = (firmware.PROGRAM / "link.ld").read_text()
     assert f"LENGTH = {4 * flow.WORDS // 1024}K" in script
+
+
+def test_a_step_that_is_none_is_told_in_one_line() -> None:
+    with pytest.raises(SystemExit, match=r"takes netlist, routed or bitstream, not 'bits'"):
+        flow.main(["bits"])
