@@ -26,7 +26,7 @@ STARTS = 10
 AN_ORBIT = 48
 SMOOTH_M_S = 1e-4
 NEAR = 2.0
-"""Of the drifts at their instants, those nearer than so many radii in the plan are kept; the audit judges all."""
+"""Of the drifts at their instants, those nearer than this number of radii in the plan are kept; the audit judges all."""
 OF_AN_ARC = 9
 """Instants at which holds and speeds are kept."""
 KEPT = 1e-4
