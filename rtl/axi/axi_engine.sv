@@ -11,6 +11,7 @@ module axi_engine #(
     parameter int SEQUENCER /*verilator public*/ = 0,
     parameter int CHECKS = 1,
     parameter int RESIDENT /*verilator public*/ = 1,
+    parameter int PARITY /*verilator public*/ = 0,
     parameter int ID_BITS = 4,
     parameter int REGION_BITS = 24
 ) (
@@ -73,7 +74,7 @@ module axi_engine #(
   localparam int CODE_WIDTH  /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH;
   localparam int RULES  /*verilator public*/ = 8;
   localparam logic [31:0] ENGINE_WORD = {
-    7'd0, RESIDENT != 0, 6'd0, 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
+    6'd0, PARITY != 0, RESIDENT != 0, 6'd0, 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
   } | (FP == 64 ? 32'h80 : 32'h0);
   localparam logic [31:0] SIZES_WORD = {16'(CODE_WIDTH), 8'(CODE_BITS), 8'(ADDRESS_BITS)};
 
@@ -187,7 +188,8 @@ module axi_engine #(
       .CODE_BITS(CODE_BITS),
       .SEQUENCER(SEQUENCER),
       .CHECKS(CHECKS),
-      .RESIDENT(RESIDENT)
+      .RESIDENT(RESIDENT),
+      .PARITY(PARITY)
   ) pl (
       .clock(aclk),
       .reset(engine_reset),

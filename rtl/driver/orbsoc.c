@@ -332,7 +332,9 @@ orbsoc_pl_error orbsoc_pl_get_words(orbsoc_pl *pl, const uint32_t *addresses, ui
       words[i] = orbsoc_pl_read(storage + (uintptr_t)4u * addresses[i]);
     }
   }
-  return bus(pl);
+  if (!FIELD(pl->engine, ORBSOC_ENGINE_PARITY)) return bus(pl);
+  uint32_t status = 0;
+  return read_status(pl, &status);
 }
 
 orbsoc_pl_error orbsoc_pl_readable(const orbsoc_pl *pl, const orbsoc_pl_segment *segment) {

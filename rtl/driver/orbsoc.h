@@ -50,6 +50,7 @@ typedef enum {
   ORBSOC_PL_READ_BEFORE_VALID = ORBSOC_FAULT_READ_BEFORE_VALID,
   ORBSOC_PL_INVALID_ACCESS = ORBSOC_FAULT_INVALID_ACCESS,
   ORBSOC_PL_CYCLE_LIMIT = ORBSOC_FAULT_CYCLE_LIMIT, /* a launch was busy for more clocks than orbsoc_pl_limit allows */
+  ORBSOC_PL_PARITY = ORBSOC_FAULT_PARITY, /* a word of storage or a line of microcode that the PL read has a bit turned over */
   /* What the driver finds. */
   ORBSOC_PL_LOST_INTERRUPT = 16, /* the segment finished, but its interrupt did not arrive within the budget */
   ORBSOC_PL_LAUNCH_TIMEOUT = 17, /* neither an interrupt nor the end within the budget */

@@ -1,6 +1,7 @@
 // Datapath from the issue register to the storage: read replicas, lanes, dividers, write crossbar.
 // `fields` is the issue register without its last bit, zero where nothing is issued. Without `enable` every register
-// keeps its value.
+// keeps its value. With PARITY a word has one bit more in the banks, even parity: made behind the write registers, checked in the
+// operand registers, which are zero where nothing is read.
 module datapath #(
     parameter int EXP = 11,
     parameter int MAN = 52,
@@ -15,6 +16,7 @@ module datapath #(
     parameter int BANKS = 16,
     parameter int CLUSTERS = 1,
     parameter int ADDRESS_BITS = 14,
+    parameter int PARITY = 0,
     parameter int FIELDS = LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int UNITS = LANES + DIVIDERS,
     parameter int STAGES = READ + MUL + ADD,
@@ -40,10 +42,12 @@ module datapath #(
     output logic read_conflict,
     output logic result_conflict,
     output logic write_conflict,
-    output logic divider_busy
+    output logic divider_busy,
+    output logic wrong_parity  // of an operand a cycle ago
 );
   localparam int A = ADDRESS_BITS;
   localparam int W = EXP + MAN + 1;
+  localparam int STORED = W + (PARITY != 0 ? 1 : 0);
   localparam int ROW = A - $clog2(BANKS);
 
   // Fields to ports: operand a at replica A, b at B, c at C; lanes first, then dividers, which read no c.
@@ -84,8 +88,9 @@ module datapath #(
   logic [BANKS-1:0] write;
   logic [BANKS*ROW-1:0] write_row;
   logic [BANKS*W-1:0] write_word;
-  logic [UNITS*W-1:0] operand_a, operand_b;
-  logic [LANES*W-1:0] operand_c;
+  logic [BANKS*STORED-1:0] write_stored;
+  logic [UNITS*STORED-1:0] operand_a, operand_b;
+  logic [LANES*STORED-1:0] operand_c;
   logic conflict_a, conflict_b, conflict_c;
   read_network #(
       .LANES(LANES),
@@ -93,7 +98,7 @@ module datapath #(
       .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
-      .WIDTH(W)
+      .WIDTH(STORED)
   ) replica_a (
       .clock(clock),
       .enable(enable),
@@ -101,7 +106,7 @@ module datapath #(
       .address(address_a),
       .write(write),
       .write_row(write_row),
-      .write_word(write_word),
+      .write_word(write_stored),
       .operand(operand_a),
       .conflict(conflict_a)
   );
@@ -111,7 +116,7 @@ module datapath #(
       .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
-      .WIDTH(W)
+      .WIDTH(STORED)
   ) replica_b (
       .clock(clock),
       .enable(enable),
@@ -119,7 +124,7 @@ module datapath #(
       .address(address_b),
       .write(write),
       .write_row(write_row),
-      .write_word(write_word),
+      .write_word(write_stored),
       .operand(operand_b),
       .conflict(conflict_b)
   );
@@ -129,7 +134,7 @@ module datapath #(
       .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
-      .WIDTH(W)
+      .WIDTH(STORED)
   ) replica_c (
       .clock(clock),
       .enable(enable),
@@ -137,12 +142,32 @@ module datapath #(
       .address(address_c),
       .write(write),
       .write_row(write_row),
-      .write_word(write_word),
+      .write_word(write_stored),
       .operand(operand_c),
       .conflict(conflict_c)
   );
   assign read_conflict = conflict_a || conflict_b || conflict_c;
   assign host_value = operand_a[W-1:0];
+  generate
+    for (genvar b = 0; b < BANKS; b++) begin : g_stored
+      assign write_stored[b*STORED+:W] = write_word[b*W+:W];
+      if (PARITY != 0) begin : g_parity
+        assign write_stored[b*STORED+W] = ^write_word[b*W+:W];
+      end
+    end
+    if (PARITY != 0) begin : g_parity
+      logic [2*UNITS+LANES-1:0] odd;
+      for (genvar u = 0; u < UNITS; u++) begin : g_unit
+        assign odd[2*u+:2] = {^operand_b[u*STORED+:STORED], ^operand_a[u*STORED+:STORED]};
+      end
+      for (genvar l = 0; l < LANES; l++) begin : g_lane
+        assign odd[2*UNITS+l] = ^operand_c[l*STORED+:STORED];
+      end
+      always_ff @(posedge clock) if (enable) wrong_parity <= odd != '0;
+    end else begin : g_no_parity
+      assign wrong_parity = 1'b0;
+    end
+  endgenerate
 
   // Units.
   logic [UNITS*W-1:0] result;
@@ -164,9 +189,9 @@ module datapath #(
           .enable(enable),
           .op(lane_op[4*l+:4]),
           .destination(destination[l*A+:A]),
-          .a(operand_a[l*W+:W]),
-          .b(operand_b[l*W+:W]),
-          .c(operand_c[l*W+:W]),
+          .a(operand_a[l*STORED+:W]),
+          .b(operand_b[l*STORED+:W]),
+          .c(operand_c[l*STORED+:W]),
           .result_valid(result_valid[l]),
           .result_address(result_address[l*A+:A]),
           .result(result[l*W+:W]),
@@ -189,8 +214,8 @@ module datapath #(
           .enable(enable),
           .op(divider_op[2*d+:2]),
           .destination(destination[(LANES+d)*A+:A]),
-          .a(operand_a[(LANES+d)*W+:W]),
-          .b(operand_b[(LANES+d)*W+:W]),
+          .a(operand_a[(LANES+d)*STORED+:W]),
+          .b(operand_b[(LANES+d)*STORED+:W]),
           .result_valid(result_valid[LANES+d]),
           .result_address(result_address[(LANES+d)*A+:A]),
           .result(result[(LANES+d)*W+:W]),

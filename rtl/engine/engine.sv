@@ -1,5 +1,6 @@
 // The PL: register file, sequencer, datapath, and their assertions. docs/pl-machine.md describes it.
-// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0: no assertions (synthesis).
+// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0: no assertions (synthesis). PARITY: one
+// bit a word of storage and a line of microcode, and a fault where one that is read is wrong.
 module engine #(
     parameter int FP /*verilator public*/ = 64,
     parameter int LANES /*verilator public*/ = 4,
@@ -11,6 +12,7 @@ module engine #(
     parameter int SEQUENCER /*verilator public*/ = 0,
     parameter int CHECKS = 1,
     parameter int RESIDENT /*verilator public*/ = 0,
+    parameter int PARITY /*verilator public*/ = 0,
     parameter int INSTRUCTIONS = 128,
     parameter int W = FP,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
@@ -75,7 +77,9 @@ module engine #(
 
   logic start, empty, enable, was_busy, ended;
   logic [CODE_BITS-1:0] start_address;
-  logic [WIDTH-1:0] word;
+  localparam int ISSUED = WIDTH + (PARITY != 0 ? 1 : 0);
+  logic [ISSUED-1:0] word;  // with PARITY its highest bit says that a line was wrong
+  logic wrong_word, wrong_parity;
   logic program_write, launch, stop, halt, run, finished, flag_read;
   logic [$clog2(INSTRUCTIONS):0] program_address;
   logic [$clog2(INSTRUCTIONS)-1:0] entry;
@@ -97,6 +101,7 @@ module engine #(
       .start(start),
       .start_address(start_address),
       .ended(ended),
+      .wrong_parity(wrong_parity),
       .program_write(program_write),
       .program_address(program_address),
       .launch(launch),
@@ -143,6 +148,19 @@ module engine #(
     end
   endgenerate
 
+  // A wrong word is noticed five cycles after its address. One that was read before a reset is noticed up to five cycles after
+  // the reset began, and does not count.
+  logic [5:0] since_reset;
+  generate
+    if (PARITY != 0) begin : g_parity
+      always_ff @(posedge clock) since_reset <= reset ? '0 : {since_reset[4:0], 1'b1};
+      assign wrong_parity = (wrong_word || word[ISSUED-1]) && since_reset[5];
+    end else begin : g_no_parity
+      assign since_reset  = '0;
+      assign wrong_parity = 1'b0;
+    end
+  endgenerate
+
   logic [FLIGHTS-1:0] flight_valid;
   logic [FLIGHTS*ADDRESS_BITS-1:0] flight_address;
   generate
@@ -159,7 +177,8 @@ module engine #(
           .ADDRESS_BITS(ADDRESS_BITS),
           .FLIGHTS(FLIGHTS),
           .QUEUE_DEPTH(contract::QUEUE_DEPTH),
-          .CODE_BITS(CODE_BITS)
+          .CODE_BITS(CODE_BITS),
+          .PARITY(PARITY)
       ) sequencer (
           .clock(clock),
           .reset(reset),
@@ -187,7 +206,8 @@ module engine #(
           .TEMPLATE(contract::TEMPLATE_BITS),
           .TEMPLATE_WIDTH(TEMPLATE_WIDTH),
           .CODE_BITS(CODE_BITS),
-          .FETCH(FETCH)
+          .FETCH(FETCH),
+          .PARITY(PARITY)
       ) sequencer (
           .clock(clock),
           .reset(reset),
@@ -209,7 +229,8 @@ module engine #(
     end else begin : g_flat
       sequencer_flat #(
           .WIDTH(WIDTH),
-          .CODE_BITS(CODE_BITS)
+          .CODE_BITS(CODE_BITS),
+          .PARITY(PARITY)
       ) sequencer (
           .clock(clock),
           .reset(reset),
@@ -261,7 +282,8 @@ module engine #(
       .DIVIDERS(DIVIDERS),
       .BANKS(BANKS),
       .CLUSTERS(CLUSTERS),
-      .ADDRESS_BITS(ADDRESS_BITS)
+      .ADDRESS_BITS(ADDRESS_BITS),
+      .PARITY(PARITY)
   ) path (
       .clock(clock),
       .reset(reset),
@@ -280,7 +302,8 @@ module engine #(
       .read_conflict(read_conflict),
       .result_conflict(result_conflict),
       .write_conflict(write_conflict),
-      .divider_busy(divider_busy)
+      .divider_busy(divider_busy),
+      .wrong_parity(wrong_word)
   );
 
   generate

@@ -20,6 +20,7 @@ module registers #(
     output logic start,
     output logic [CODE_BITS-1:0] start_address,
     input logic ended,  // the sequencer's last busy cycle
+    input logic wrong_parity,  // a bit that turned over has been read
     // Resident control: its program, and what it asks for.
     output logic program_write,
     output logic [$clog2(INSTRUCTIONS):0] program_address,
@@ -58,6 +59,7 @@ module registers #(
   localparam logic [3:0] WRONG_SEQUENCE = 4'd6;
   localparam logic [3:0] READ_BEFORE_VALID = 4'd7;
   localparam logic [3:0] INVALID_ACCESS = 4'd8;
+  localparam logic [3:0] PARITY = 4'd10;
 
   localparam logic [2:0] IDLE = 3'd0;
   localparam logic [2:0] HAVE_MODULE = 3'd1;
@@ -187,7 +189,7 @@ module registers #(
   assign command = write && address == CONTROL && state == HAVE_SEQUENCE && found == NONE;
   logic run_fault;
   assign run_fault = run && (!announced_exists || unreadable);
-  assign start = (command && value == START) || (run && !run_fault);
+  assign start = !wrong_parity && ((command && value == START) || (run && !run_fault));
   assign irq = state == DONE || state == FAULT;
 
   always_ff @(posedge clock) begin
@@ -208,6 +210,9 @@ module registers #(
       if (found != NONE) begin
         state <= FAULT;
         fault <= found;
+      end else if (wrong_parity) begin
+        state <= FAULT;
+        fault <= PARITY;
       end else if (run_fault) begin
         state <= FAULT;
         fault <= announced_exists ? READ_BEFORE_VALID : WRONG_SEGMENT;
@@ -266,7 +271,7 @@ module registers #(
   assign program_address = into_program[2+:$clog2(INSTRUCTIONS) + 1];
   assign launch = RESIDENT != 0 && command && value == ATTEMPT;
   assign entry = segment[$clog2(INSTRUCTIONS)-1:0];
-  assign halt = state == FAULT || found != NONE || run_fault;
+  assign halt = state == FAULT || found != NONE || wrong_parity || run_fault;
 
   logic armed;
   logic [31:0] flags;

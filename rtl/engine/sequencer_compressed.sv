@@ -10,6 +10,8 @@ module sequencer_compressed #(
     parameter int TEMPLATE_WIDTH = contract::TEMPLATE_WIDTH,
     parameter int CODE_BITS = 16,
     parameter int FETCH = 128,
+    parameter int PARITY = 0,
+    parameter int STORED = FETCH + (PARITY != 0 ? 1 : 0),
     parameter int STAGES = contract::DECODE_CYCLES - contract::HEADERS_AHEAD - 1,  // from the payload in the buffer to the issue register
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
 ) (
@@ -26,7 +28,7 @@ module sequencer_compressed #(
     input logic empty,
     output logic busy,
     output logic frozen,
-    output logic [WIDTH-1:0] word
+    output logic [WIDTH+STORED-FETCH-1:0] word
 );
   localparam int PAYLOAD = LANES * 4 * ADDRESS_BITS + DIVIDERS * 3 * ADDRESS_BITS;
   localparam int FILL = $clog2(PAYLOAD + 1);
@@ -35,7 +37,8 @@ module sequencer_compressed #(
   logic decoding, push, deliver, last, valid, last_1;
   logic starts;  // a cycle after the command, which comes late in its own
   logic [FETCH*4-1:0] buffer;
-  logic [FETCH-1:0] fetched, ready;
+  logic [STORED-1:0] fetched, ready;
+  logic [WIDTH-1:0] issued;
   logic [AT-1:0] place;
   logic [LANES*TEMPLATE_WIDTH-1:0] used;
   logic [(LANES+1)*FILL-1:0] first;
@@ -55,7 +58,7 @@ module sequencer_compressed #(
       .template_word(template_word),
       .start(starts),
       .decoding(decoding),
-      .line(ready),
+      .line(ready[FETCH-1:0]),
       .push(push),
       .deliver(deliver),
       .last(last),
@@ -84,7 +87,7 @@ module sequencer_compressed #(
       .used(used),
       .first(first),
       .divider_op(divider_op),
-      .word(word)
+      .word(issued)
   );
   always_ff @(posedge clock) begin
     starts <= start;
@@ -92,7 +95,7 @@ module sequencer_compressed #(
   end
 
   // Fetch as in the in-order sequencer: the memory's output register holds the next line, the memory the one after.
-  logic [FETCH-1:0] code[0:(1<<CODE_BITS)-1];
+  logic [STORED-1:0] code[0:(1<<CODE_BITS)-1];
   logic [CODE_BITS-1:0] next;
   logic warm, fetched_valid, stopped, done, advance;
   logic [STAGES-1:0] issue, ended, freeze;  // bit i: i + 1 cycles ago
@@ -100,8 +103,24 @@ module sequencer_compressed #(
   assign advance = push || (busy && !fetched_valid);
   assign done = ended[STAGES-1] && !issue[STAGES-1] && empty;
   assign frozen = freeze[STAGES-1];
+
+  // With PARITY a line has one bit more, even parity, and `word` too: that a line which was taken had another.
+  logic [STORED-1:0] given;
+  logic wrong;
+  generate
+    if (PARITY != 0) begin : g_parity
+      assign given = {^code_word, code_word};
+      always_ff @(posedge clock) wrong <= push && ^ready;
+      assign word = {wrong, issued};
+    end else begin : g_no_parity
+      assign given = code_word;
+      assign wrong = 1'b0;
+      assign word  = issued;
+    end
+  endgenerate
+
   always_ff @(posedge clock) begin
-    if (code_write) code[code_address] <= code_word;
+    if (code_write) code[code_address] <= given;
     if (advance) fetched <= code[next];
     if (advance) ready <= fetched;
     if (start) next <= start_address;

@@ -13,7 +13,9 @@ module sequencer_in_order #(
     parameter int FLIGHTS = LANES * (contract::READ_CYCLES + MUL + ADD) + DIVIDERS * (contract::READ_CYCLES + DIV),
     parameter int QUEUE_DEPTH = contract::QUEUE_DEPTH,
     parameter int CODE_BITS = 16,
-    parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2)
+    parameter int PARITY = 0,
+    parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
+    parameter int STORED = WIDTH + (PARITY != 0 ? 1 : 0)
 ) (
     input logic clock,
     input logic reset,
@@ -28,7 +30,7 @@ module sequencer_in_order #(
     input logic empty,
     output logic fetch_wanted,  // from the third busy cycle on, as long as words remain to be fetched
     output logic busy,
-    output logic [WIDTH-1:0] word
+    output logic [STORED-1:0] word
 );
   `include "engine/operations.svh"
 
@@ -41,16 +43,33 @@ module sequencer_in_order #(
   logic [COUNT-1:0] waiting, behind;  // words in the queue, and those that remain
 
   // Fetch: the memory's output register holds the next word of the segment, the memory the one after.
-  logic [WIDTH-1:0] code[0:(1<<CODE_BITS)-1];
-  logic [WIDTH-1:0] fetched, ready;
+  logic [STORED-1:0] code[0:(1<<CODE_BITS)-1];
+  logic [STORED-1:0] fetched, ready;
+  logic [WIDTH-1:0] issued;
   logic [CODE_BITS-1:0] next;
   logic warm, fetched_valid, ready_valid, fetched_all, push, done;
   assign push = fetch_wanted && fetch_valid && waiting < COUNT'(QUEUE_DEPTH);
   assign fetch_wanted = busy && ready_valid && !fetched_all;
   logic advance;
   assign advance = push || (busy && !fetched_valid);
+
+  // With PARITY a line has one bit more, even parity, and `word` too: that a line which was taken had another.
+  logic [STORED-1:0] given;
+  logic wrong;
+  generate
+    if (PARITY != 0) begin : g_parity
+      assign given = {^code_word, code_word};
+      always_ff @(posedge clock) wrong <= push && ^ready;
+      assign word = {wrong, issued};
+    end else begin : g_no_parity
+      assign given = code_word;
+      assign wrong = 1'b0;
+      assign word  = issued;
+    end
+  endgenerate
+
   always_ff @(posedge clock) begin
-    if (code_write) code[code_address] <= code_word;
+    if (code_write) code[code_address] <= given;
     if (advance) fetched <= code[next];
     if (advance) ready <= fetched;
     if (start) next <= start_address;
@@ -63,7 +82,7 @@ module sequencer_in_order #(
   generate
     for (genvar i = 0; i < QUEUE_DEPTH; i++) begin : g_queue
       always_ff @(posedge clock) begin
-        if (push && behind == COUNT'(i)) queue[i] <= ready;
+        if (push && behind == COUNT'(i)) queue[i] <= ready[WIDTH-1:0];
         else if (issue) queue[i] <= queue[(i+1)%QUEUE_DEPTH];
       end
     end
@@ -96,7 +115,7 @@ module sequencer_in_order #(
   logic hazard, issue;
   assign head = queue[0];
   assign issue = busy && waiting != '0 && !hazard;
-  assign word = issue ? head : '0;
+  assign issued = issue ? head : '0;
 
   localparam int UNITS = LANES + DIVIDERS;
   logic [4*LANES-1:0] op;

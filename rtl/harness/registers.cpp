@@ -1,5 +1,6 @@
 // The register file alone, driven by a script on standard input, one access or event a line and a clock:
-//   reset | write ADDRESS VALUE | read ADDRESS | end   (hexadecimal; end: the segment's last busy cycle)
+//   reset | write ADDRESS VALUE | read ADDRESS | end | upset   (hexadecimal; end: the segment's last busy cycle; upset: a bit
+//   that turned over has been read)
 // After each line: the answer of a read (else 0), STATUS, the interrupt, and whether a segment was started with where.
 #include <cinttypes>
 #include <cstdio>
@@ -20,6 +21,7 @@ int main() {
     dut.write = line == "write";
     dut.read = line == "read";
     dut.ended = line == "end";
+    dut.wrong_parity = line == "upset";
     dut.address = uint16_t(address);
     dut.value = value;
     dut.clock = 0;
@@ -29,7 +31,7 @@ int main() {
     const uint32_t first = start ? dut.start_address : 0;
     dut.clock = 1;
     dut.eval();
-    dut.reset = dut.write = dut.read = dut.ended = 0;
+    dut.reset = dut.write = dut.read = dut.ended = dut.wrong_parity = 0;
     dut.address = STATUS;
     dut.eval();
     std::printf("%" PRIx32 " %" PRIx32 " %d %d %" PRIx32 "\n", answer, dut.answer, dut.irq, start, first);

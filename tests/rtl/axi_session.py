@@ -25,13 +25,14 @@ CODE_BITS = 14
 
 
 def built_behind_axi(
-    folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = True
+    folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = True, parity: bool = False
 ) -> Path:
     """The harness of an engine behind AXI; one microcode memory for all programs of the tests."""
     assert lines <= 1 << CODE_BITS
     return build(
         "axi_engine", rtl=folder, FP=engine.fp, LANES=engine.lanes, DIVIDERS=engine.dividers, BANKS=engine.banks,
         ADDRESS_BITS=engine.address_bits, SEQUENCER=SEQUENCERS[form], CODE_BITS=CODE_BITS, RESIDENT=int(resident),
+        **({"PARITY": 1} if parity else {}),
     )  # fmt: skip
 
 

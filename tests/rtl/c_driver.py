@@ -115,7 +115,7 @@ class Board:
 
     def __init__(
         self, made: Path, port: RegisterFile, *, binary64: bool = True, code_width: int = 100, resident: bool = True,
-        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY,
+        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY, parity: bool = False,
     ) -> None:  # fmt: skip
         self.library = ctypes.CDLL(str(made))
         self.pl = ctypes.create_string_buffer(self.library.pl_size())
@@ -128,6 +128,7 @@ class Board:
         self.resets = 0
         self._begun: list[int] = []
         engine = ENGINE_FIELDS["binary64"].put(binary64) | ENGINE_FIELDS["resident"].put(resident)
+        engine |= ENGINE_FIELDS["parity"].put(parity)
         sizes = {"address_bits": address_bits, "code_bits": code_bits, "code_width": code_width}
         self._constants = {
             int(Wrapper.ENGINE): engine,

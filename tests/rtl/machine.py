@@ -49,6 +49,7 @@ class Machine:
     banks: int = 8
     clusters: int = 1
     address_bits: int = 10
+    parity: bool = False
 
     @property
     def numbers(self) -> dict[str, int]:
@@ -81,7 +82,7 @@ class Machine:
             "ADDRESS_BITS": self.address_bits,
             "SEQUENCER": SEQUENCERS[form],
             "CODE_BITS": 17,
-        }
+        } | ({"PARITY": 1} if self.parity else {})
 
     def cluster_of(self, unit: int) -> int:
         """Lanes in equal runs, dividers in turn."""

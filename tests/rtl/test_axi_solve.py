@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 import orbsoc.rtl.solve as rtl_solve
 from orbsoc import _core
 from orbsoc.hw.schedules import Engine, pl_program
+from orbsoc.ps.program import ControlProgram
 from orbsoc.ps.registers import (
     ENGINE_FIELDS,
     INSTRUCTION_FIELDS,
@@ -24,6 +26,7 @@ from orbsoc.ps.registers import (
     Status,
     Wrapper,
 )
+from orbsoc.ps.segments import Method
 from orbsoc.rtl.digest import program_digest
 from orbsoc.rtl.solve import described, solve_on_rtl
 from orbsoc.rtl.solve_cases import SINGLE, TIGHT, TWO_LANES_F32
@@ -64,16 +67,26 @@ def test_a_solve_by_the_c_driver_over_axi_is_the_one_of_the_engines_own_harness(
     assert outcome.rtl_clocks > own.rtl_clocks
 
 
-def test_so_is_one_in_binary32_from_compressed_microcode_with_interrupts(
+def test_so_is_one_in_binary32_from_compressed_microcode_with_parity_and_interrupts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     require_verilator()
-    monkeypatch.setattr(rtl_solve, "built", built_behind_axi)
-    monkeypatch.setattr(rtl_solve, "RtlSession", AxiSession)
+    seen: list[int] = []
+
+    class Session(AxiSession):
+        def load(
+            self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None
+        ) -> None:
+            super().load(image, method, program)
+            seen.append(ENGINE_FIELDS["parity"].of(self.read(Wrapper.ENGINE)))
+
+    monkeypatch.setattr(rtl_solve, "built", partial(built_behind_axi, parity=True))
+    monkeypatch.setattr(rtl_solve, "RtlSession", Session)
     monkeypatch.setattr(rtl_solve, "Driver", InterruptedCDriver)
     outcome = solve_on_rtl(
         RTL, "small", SMALL, SINGLE, engine=TWO_LANES_F32, form="compressed", resident=True
     )
+    assert seen == [1]
     assert all(CLOCKS_DIFFER.match(line) for line in described(outcome)), described(outcome)
     assert (outcome.status, outcome.different_words, outcome.assertions) == ("SOLVED", 0, 0)
     assert outcome.words > 500
@@ -121,7 +134,7 @@ def status(session: AxiSession) -> Status:
 def test_the_wrapper_says_which_engine_it_has(session: AxiSession) -> None:
     engine, sizes = session.read(Wrapper.ENGINE), session.read(Wrapper.SIZES)
     assert {name: field.of(engine) for name, field in ENGINE_FIELDS.items()} == {
-        "lanes": 1, "binary64": 1, "dividers": 1, "sequencer": 0, "resident": 1,
+        "lanes": 1, "binary64": 1, "dividers": 1, "sequencer": 0, "resident": 1, "parity": 0,
     }  # fmt: skip
     bits = ONE_LANE.address_bits
     assert {name: field.of(sizes) for name, field in SIZES_FIELDS.items()} == {

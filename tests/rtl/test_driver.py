@@ -25,6 +25,7 @@ from orbsoc.ps.registers import (
     TEMPLATES,
     Fault,
     Module,
+    Parity,
     ProtocolError,
     Region,
     Register,
@@ -179,6 +180,31 @@ def test_a_limit_is_set_where_the_pl_has_one_and_ends_a_launch(made: Path) -> No
         assert board.call("publish", 0, ctypes.byref(c_segment(METHOD.segments[0]))) == OK
         assert c_step(board, Kind.LAUNCH, segment, polls=False) == error
         assert board.call("spent") == 101
+
+
+def test_parity_is_reported_of_a_launch_and_of_words_that_are_read(made: Path) -> None:
+    class Upset(FakeEngine):
+        def run(self, stage: str) -> int:
+            logic.upset()
+            return super().run(stage)
+
+    logic = ProgrammableLogic(METHOD, Upset().run)
+    board = Board(made, logic)
+    assert board.open(len(METHOD.buffers)) == OK
+    assert board.call("publish", 0, ctypes.byref(c_segment(METHOD.segments[0]))) == OK
+    assert c_step(board, Kind.LAUNCH, BY_STAGE["scale"], polls=False) == Fault.PARITY
+    assert ERRORS[Fault.PARITY] is Parity
+    address, word = (ctypes.c_uint32 * 1)(5), (ctypes.c_uint64 * 1)()
+    for parity in (
+        True,
+        False,
+    ):  # a driver of an engine without parity does not look, which is an access less
+        logic = ProgrammableLogic(METHOD, FakeEngine().run)
+        board = Board(made, logic, parity=parity)
+        assert board.open(len(METHOD.buffers)) == OK
+        assert board.call("get_words", address, word, ctypes.c_size_t(1)) == OK
+        logic.upset()
+        assert board.call("get_words", address, word, ctypes.c_size_t(1)) == (Fault.PARITY if parity else OK)
 
 
 def drop_frame(number: int, write: tuple[int, int]) -> list[tuple[int, int]]:

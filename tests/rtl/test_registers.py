@@ -60,6 +60,8 @@ class Session:
 
     def __init__(self, seed: int) -> None:
         self.draw = random.Random(seed)
+        self.upsets = random.Random(seed)
+        self.upset_share = 0.0 if seed % 10 else 0.1
         self.method = method(self.draw)
         self.pl = ProgrammableLogic(self.method, lambda _: 0)
         self.script = ["reset", *table_writes(self.method)]
@@ -75,6 +77,9 @@ class Session:
         elif line == "read":
             answer = self.pl.read(address)
             self.script.append(f"read {address:x}")
+        elif line == "upset":
+            self.pl.upset()
+            self.script.append("upset")
         else:
             self.pl.tick()
             self.script.append("end")
@@ -100,6 +105,8 @@ class Session:
         self.step("write", address=Register.CONTROL, value=3 - command if wrong == "command" else command)
         if draw.random() < 0.05:
             self.stray()
+        if self.upsets.random() < self.upset_share:
+            self.step("upset")
         self.step("end")
         for address in (Register.STATUS, Register.DATA_VALID, Register.DATA_VALID + 4):
             self.step("read", address=address)

@@ -134,8 +134,13 @@ class ProgrammableLogic:
             if self._clocks and self._exceeds(self._clocks.segments[segment.stage,] + self._clocks.launch):
                 return
             self._outcome = self._execute(segment.stage)
-            self._complete(segment)
-            self._state = _State.DONE
+            if self._state is _State.BUSY:
+                self._complete(segment)
+                self._state = _State.DONE
+
+    def upset(self) -> None:
+        """An engine with parity has read a word or a line with a bit turned over, while a stage runs or at rest: it stops."""
+        self._stop(Fault.PARITY)
 
     def _run_on(self) -> None:
         """Run the control program up to and with its next segment, or to its end."""
@@ -165,6 +170,8 @@ class ProgrammableLogic:
                 return
             self._valid &= ~segment.writes
             self._raised = self._execute(stage) != 0
+            if self._state is not _State.BUSY:
+                return
             self._valid = segment.valid_after(self._valid)
             self._written |= segment.writes
         self.ran.append(tuple(stream))

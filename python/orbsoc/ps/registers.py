@@ -71,6 +71,8 @@ class Fault(enum.IntEnum):
     INVALID_ACCESS = 8
     CYCLE_LIMIT = 9
     """Raised by the wrapper of the engine, not by its register file."""
+    PARITY = 10
+    """Raised by an engine with parity where a word of storage or a line of microcode that it reads has a bit turned over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +173,7 @@ ENGINE_FIELDS: Mapping[str, Field] = {
     "dividers": Field(8, 8),
     "sequencer": Field(16, 2),
     "resident": Field(24, 1),
+    "parity": Field(25, 1),
 }
 SIZES_FIELDS: Mapping[str, Field] = {
     "address_bits": Field(0, 8),
@@ -283,6 +286,10 @@ class CycleLimit(ProtocolError):
     """A launch was busy for more clocks than the PS allowed, and was stopped."""
 
 
+class Parity(ProtocolError):
+    """The PL read a word of storage or a line of microcode with a bit turned over, and stopped."""
+
+
 class LostInterrupt(ProtocolError):
     """The segment finished, but its interrupt did not arrive within the polling budget."""
 
@@ -305,4 +312,5 @@ ERROR_OF_FAULT: dict[Fault, type[ProtocolError]] = {
     Fault.READ_BEFORE_VALID: ReadBeforeValid,
     Fault.INVALID_ACCESS: InvalidAccess,
     Fault.CYCLE_LIMIT: CycleLimit,
+    Fault.PARITY: Parity,
 }
