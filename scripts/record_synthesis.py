@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from hw_model.area.engine import engine_area
-from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
+from hw_model.area.synthesis import Synthesis, has_parity, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
 from scripts.circuit import ROOT, circuit
 
@@ -45,6 +45,7 @@ def engine(
 
 FITTED = [("engine", engine(fp, lanes, 4 * lanes)) for fp in (64, 32) for lanes in (1, 2)]
 """The figures of lanes, dividers and control come from these."""
+PARITY_SHAPES = ((64, 1), (32, 1), (32, 2))
 HELD_OUT = [
     ("engine", engine(64, 4, 16)),
     ("engine", engine(32, 4, 16)),
@@ -59,6 +60,7 @@ HELD_OUT = [
     ("engine", engine(32, 8, 32, clusters=8)),
     ("engine", engine(32, 8, 16, dividers=3, address_bits=12, code_bits=11, clusters=2)),
     ("engine", engine(32, 16, 32, dividers=2, clusters=8)),
+    *(("engine", engine(fp, lanes, 4 * lanes) + " PARITY=1") for fp, lanes in PARITY_SHAPES),
 ]
 FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
 UNITS = [
@@ -211,7 +213,8 @@ def engines_table(family: Family) -> str:
     ]
     for row in recorded(family.record):
         if row.module == "engine":
-            said = engine_area(shape_of(row), area, row.parameters["CODE_BITS"], resident=is_resident(row))
+            kinds = {"resident": is_resident(row), "parity": has_parity(row)}
+            said = engine_area(shape_of(row), area, row.parameters["CODE_BITS"], **kinds)
             lines.append(
                 f"| {_named(row)}{'' if row.fitted else ' *'}"
                 f" | {row.lut} | {said['lut']} ({100 * (said['lut'] / row.lut - 1):+.1f} %)"
@@ -225,6 +228,7 @@ def _named(row: Synthesis) -> str:
     shape, code_bits = shape_of(row), row.parameters["CODE_BITS"]
     more = f", {shape.dividers} dividers" if shape.dividers > 1 else ", resident" if is_resident(row) else ""
     more += f", {shape.clusters} clusters" if shape.clusters > 1 else ""
+    more += ", parity" if has_parity(row) else ""
     return f"{shape.datapath}, {shape.lanes} × {shape.banks}{more}, 2^{shape.address_bits}, 2^{code_bits}"
 
 

@@ -29,6 +29,8 @@ WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
 REPLICAS = 3
 """Copies of each bank, one a read port: operands a, b and c."""
+PARITY_CONTROL = 9
+"""Flip-flops of parity beside banks and ports: a bit of a line and what is wrong with it, a wrong operand, cycles since the reset."""
 READ_STAGES = 3
 """Cycles that a port's choice of a bank waits for the bank's word: what engines of 1, 2 and 4 lanes have on NG-Ultra."""
 
@@ -209,7 +211,31 @@ def storage_in_uram(shape: Shape, fabric: Fabric, rows: int | None = None) -> tu
     return memories * uram(whole, shape.word_bits), memories * blocks, memories * luts
 
 
-def engine_area(shape: Shape, area: Area, code_bits: int, *, resident: bool = False) -> dict[Kind, float]:
+def parity_area(shape: Shape, fabric: Fabric, code_bits: int) -> dict[Kind, float]:
+    """What a bit a word of storage and a line of flat microcode takes beside the engine.
+
+    A bank makes it once for its replicas, each port of a unit has it gathered and checks it in its operand register.
+    """
+    ports, banks, line = 2 * (shape.lanes + shape.dividers) + shape.lanes, shape.banks, shape.microcode_bits
+
+    def odd(bits: int) -> int:
+        return math.ceil((bits - 1) / (fabric.lut_inputs - 1))
+
+    stored = fabric.bram36(1 << shape.row_bits, shape.word_bits + 1) - fabric.bram36(
+        1 << shape.row_bits, shape.word_bits
+    )
+    lines = fabric.bram36(1 << code_bits, line + 1) - fabric.bram36(1 << code_bits, line)
+    checked = ports * (odd(shape.word_bits + 1) + fabric.or_luts(banks)) + odd(ports)
+    return {
+        "lut": banks * odd(shape.word_bits) + checked + odd(line) + odd(line + 1),
+        "ff": REPLICAS * banks + ports + PARITY_CONTROL,
+        "bram36": REPLICAS * banks * stored + lines,
+    }
+
+
+def engine_area(
+    shape: Shape, area: Area, code_bits: int, *, resident: bool = False, parity: bool = False
+) -> dict[Kind, float]:
     """What the whole engine takes, with flat microcode of 2^`code_bits` words; `resident` with control on the PL."""
     fabric = fabric_of(area)
     own: dict[Kind, float] = {
@@ -218,4 +244,7 @@ def engine_area(shape: Shape, area: Area, code_bits: int, *, resident: bool = Fa
         "dsp": shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath]),
         "bram36": storage_bram36(shape, fabric) + fabric.bram36(1 << code_bits, shape.microcode_bits),
     }
-    return {kind: used + fabric.attempt.get(kind, 0) * resident for kind, used in own.items()}
+    more = parity_area(shape, fabric, code_bits) if parity else {}
+    return {
+        kind: used + fabric.attempt.get(kind, 0) * resident + more.get(kind, 0) for kind, used in own.items()
+    }

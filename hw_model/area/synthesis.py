@@ -49,6 +49,11 @@ def is_resident(row: Synthesis) -> bool:
     return bool(row.parameters.get("RESIDENT"))
 
 
+def has_parity(row: Synthesis) -> bool:
+    """Whether the engine of a row has a parity bit a word and a line."""
+    return bool(row.parameters.get("PARITY"))
+
+
 def _row(row: dict[str, Any]) -> Synthesis:
     return Synthesis(
         row["module"], row["parameters"], row["lut"], row["ff"], row["dsp"], row["bram36"], row["fitted"]

@@ -15,9 +15,10 @@ from hw_model.area.engine import (
     engine_area,
     fabric_of,
     line_bits,
+    parity_area,
 )
 from hw_model.area.fabric import multiplier_dsp
-from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
+from hw_model.area.synthesis import Synthesis, has_parity, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
 from hw_model.vocabulary import Datapath
 from scripts.record_synthesis import rtl_digest
@@ -37,7 +38,7 @@ def test_the_record_is_of_the_rtl_as_it_stands() -> None:
 
 def _named(row: Synthesis) -> str:
     shape = shape_of(row)
-    return f"{shape.datapath}-{shape.lanes}x{shape.banks}x{shape.clusters}-{shape.address_bits}{'-resident' * is_resident(row)}"
+    return f"{shape.datapath}-{shape.lanes}x{shape.banks}x{shape.clusters}-{shape.address_bits}{'-resident' * is_resident(row)}{'-parity' * has_parity(row)}"
 
 
 def test_engines_of_one_to_eight_lanes_in_both_formats_are_on_record_and_most_are_held_out() -> None:
@@ -55,7 +56,8 @@ def test_no_engine_in_clusters_was_fitted() -> None:
 
 @pytest.mark.parametrize("row", ENGINES, ids=_named)
 def test_the_formula_says_what_synthesis_found(row: Synthesis) -> None:
-    said = engine_area(shape_of(row), AREA, row.parameters["CODE_BITS"], resident=is_resident(row))
+    kinds = {"resident": is_resident(row), "parity": has_parity(row)}
+    said = engine_area(shape_of(row), AREA, row.parameters["CODE_BITS"], **kinds)
     assert said["dsp"] == row.dsp
     assert said["bram36"] == row.bram36
     assert abs(said["ff"] / row.ff - 1) <= FF_ERROR
@@ -67,6 +69,21 @@ def test_control_on_the_pl_takes_what_synthesis_found_more() -> None:
     (plain,) = (row for row in ENGINES if row.parameters.items() < resident.parameters.items())
     more = {kind: getattr(resident, kind) - getattr(plain, kind) for kind in FABRIC.attempt}
     assert more == FABRIC.attempt
+
+
+def test_parity_takes_what_synthesis_found_more() -> None:
+    found = [row for row in ENGINES if has_parity(row)]
+    assert {(shape_of(row).datapath, shape_of(row).lanes) for row in found} >= {
+        ("f64", 1),
+        ("f32", 1),
+        ("f32", 2),
+    }
+    for row in found:
+        without = {name: value for name, value in row.parameters.items() if name != "PARITY"}
+        (plain,) = (other for other in ENGINES if other.parameters == without)
+        said = parity_area(shape_of(row), FABRIC, row.parameters["CODE_BITS"])
+        assert (row.ff - plain.ff, row.bram36 - plain.bram36) == (said["ff"], said["bram36"])
+        assert row.lut - plain.lut == pytest.approx(said["lut"], rel=0.15)
 
 
 @pytest.mark.parametrize("datapath", SIGNIFICAND_BITS)
