@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from orbsoc.commands.app import app
 from orbsoc.hw.schedules import Engine
 from orbsoc.rtl.flip_flops import PLACES
-from orbsoc.rtl.upsets import OUTCOMES, UpsetStudy
+from orbsoc.rtl.upsets import CAUSES, OUTCOMES, UpsetStudy
 from tests.integration.small_problem import small_problem
 from tests.rtl.verilator import require_verilator
 
@@ -22,7 +22,7 @@ LANES = 2
 @pytest.fixture(scope="module")
 def study() -> UpsetStudy:
     require_verilator()
-    return UpsetStudy(RTL, small_problem(), engine=Engine(lanes=LANES, banks=16))
+    return UpsetStudy(RTL, small_problem(), engine=Engine(lanes=LANES, banks=16), parity=True)
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +39,7 @@ def drawn(study: UpsetStudy, register: str, monkeypatch: pytest.MonkeyPatch, bit
     command = f"flip {found.scope} {found.name} {found.in_memory(bit)}"
     monkeypatch.setattr(study, "flip", lambda *_: (type(flip)(0, found.place, register, bit, 2000), command))
     (row,) = study.run(1, [0])
+    assert (row.found_by in CAUSES) == (row.outcome == "right after retry")
     return f"{row.first}: {row.outcome}"
 
 
@@ -48,7 +49,7 @@ def test_every_place_has_registers_and_every_draw_can_be_repeated(study: UpsetSt
     assert study.flip(3, 5) == study.flip(3, 5) != study.flip(4, 5)
     words = [register for register in study.registers if register.name == "words"]
     assert len(words) == 3 * 16  # three replicas of every bank
-    assert all(register.width == 64 for register in words)
+    assert all(register.width == 65 for register in words)
 
 
 def test_a_fault_code_that_turns_up_is_seen_and_the_solve_is_repeated(
@@ -69,11 +70,35 @@ def test_flips_of_every_place_end_right(study: UpsetStudy) -> None:
     assert {row.outcome for row in rows} <= set(OUTCOMES) - {"silent", "reported"}
 
 
+@pytest.mark.parametrize("place", ["storage", "microcode"])
+def test_what_has_an_effect_in_a_memory_is_found_by_parity(study: UpsetStudy, place: str) -> None:
+    at = list(PLACES).index(place)
+    numbers = range(at, 12 * len(PLACES), len(PLACES))
+    covered = [
+        number for number in numbers if study.flip(7, number)[0].register.endswith((".words", ".code"))
+    ]
+    rows = list(study.run(7, covered))
+    assert {(row.outcome, row.found_by) for row in rows} == {
+        ("no effect", None),
+        ("right after retry", "parity"),
+    }
+
+
 def test_the_command_counts_by_place_and_goes_on_where_it_was_stopped(
     study: UpsetStudy, workload: Path, tmp_path: Path
 ) -> None:
     def run(flips: int, *more: str, code: int = 0) -> str:
-        arguments = ["hw", "upsets", str(workload), "--lanes", str(LANES), "--flips", str(flips), "--json"]
+        arguments = [
+            "hw",
+            "upsets",
+            str(workload),
+            "--lanes",
+            str(LANES),
+            "--flips",
+            str(flips),
+            "--parity",
+            "--json",
+        ]
         done = CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "out"), *more])
         assert done.exit_code == code, done.output
         return done.stdout
@@ -87,6 +112,7 @@ def test_the_command_counts_by_place_and_goes_on_where_it_was_stopped(
     assert after["flips"][:3] == first["flips"]
     assert len(after["flips"]) == 5
     assert sum(sum(counts.values()) for counts in after["by_place"].values()) == 5
+    assert after["parity"] is True
     assert "another problem, engine, seed" in run(5, "--resume", "--seed", "2", code=2)
     assert "--flips = 0" in run(0, code=2)
     assert study.clocks == after["clean"]["clocks"]

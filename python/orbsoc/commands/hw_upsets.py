@@ -18,7 +18,7 @@ from .hw_progress import Progress
 if TYPE_CHECKING:
     from orbsoc.rtl.upsets import UpsetStudy
 
-SCHEMA = "orbsoc.upsets/1"
+SCHEMA = "orbsoc.upsets/2"
 ROWS = "upsets.jsonl"
 
 
@@ -32,6 +32,12 @@ def upsets(
     flips: Annotated[int, typer.Option(help="bits to turn over, each in a solve of its own")] = 100,
     seed: Annotated[int, typer.Option(help="seed of what is drawn: place, bit, clock")] = 1,
     lanes: Annotated[int, typer.Option(help="lanes of the engine")] = 4,
+    parity: Annotated[
+        bool,
+        typer.Option(
+            "--parity", help="an engine with a parity bit a word of storage and a line of microcode"
+        ),
+    ] = False,
     resume: Annotated[bool, typer.Option("--resume", help="go on with what the folder holds")] = False,
     rtl: Annotated[
         Path | None, typer.Option(help="folder of the RTL; that of the source tree by default", metavar="DIR")
@@ -60,7 +66,7 @@ def upsets(
         tell(
             f"builds the engine whose bits can be turned over, {lanes} lanes, and solves once without a flip"
         )
-        study = UpsetStudy(folder, problem, settings, engine=engine)
+        study = UpsetStudy(folder, problem, settings, engine=engine, parity=parity)
         rows = _recorded(where, study.key(seed), resume=resume)
         tell(f"a clean solve takes {study.clocks} clocks and ends {study.clean.status.name}")
         try:
@@ -75,7 +81,7 @@ def upsets(
                 INTERRUPTED, f"interrupted; {len(rows)} flips are in {where}, --resume goes on", as_json
             )
         silent = sum(row["outcome"] == "silent" for row in rows)
-        document = _document(study, rows, workload, seed, lanes)
+        document = _document(study, rows, workload, seed, lanes, parity=parity)
         options.write_all(
             where,
             {"upsets.json": options.as_json_text(document), "upsets.csv": options.as_csv_text(rows)},
@@ -106,7 +112,7 @@ def _recorded(where: Path, key: str, *, resume: bool) -> list[dict[str, Any]]:
 
 
 def _document(
-    study: UpsetStudy, rows: Sequence[dict[str, Any]], workload: Path, seed: int, lanes: int
+    study: UpsetStudy, rows: Sequence[dict[str, Any]], workload: Path, seed: int, lanes: int, *, parity: bool
 ) -> dict[str, Any]:
     changed = [row for row in rows if row["outcome"] != "no effect"]
     counts = Counter(row["outcome"] for row in changed)
@@ -114,6 +120,8 @@ def _document(
     headline = (
         f"measured: {len(rows)} bits turned over, {len(changed)} with an effect: {counts['silent']} silent,"
         f" {counts['reported']} reported, {right} answered right, {counts['right after retry']} of them by the retry"
+        + f"; {sum(row['found_by'] == 'parity' for row in rows)} found by parity"
+        * parity
     )
     return {
         "schema": SCHEMA,
@@ -122,27 +130,32 @@ def _document(
         "workload": str(workload),
         "seed": seed,
         "lanes": lanes,
+        "parity": parity,
         "clean": {"status": study.clean.status.name, "clocks": study.clocks},
-        "by_place": _counted(rows),
+        "by_place": _counted(rows, "outcome"),
+        "found_by": _counted([row for row in rows if row["found_by"]], "found_by"),
         "flips": list(rows),
     }
 
 
-def _counted(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, int]]:
+def _counted(rows: Sequence[dict[str, Any]], what: str) -> dict[str, dict[str, int]]:
+    """By place how often each word stands there."""
     found: dict[str, dict[str, int]] = {}
     for row in rows:
         of = found.setdefault(row["place"], {})
-        of[row["outcome"]] = of.get(row["outcome"], 0) + 1
+        of[row[what]] = of.get(row[what], 0) + 1
     return found
 
 
 def _table(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """By place how many flips came to what."""
-    from orbsoc.rtl.upsets import OUTCOMES
+    """By place how many flips came to what, and what found those that were not accepted."""
+    from orbsoc.rtl.upsets import CAUSES, OUTCOMES
 
-    heads = ["place", "flips", *OUTCOMES]
+    heads = ["place", "flips", *OUTCOMES, *(f"found by {cause}" for cause in CAUSES)]
     lines = ["  ".join(heads)]
-    for place, counts in _counted(rows).items():
+    found = _counted(rows, "found_by")
+    for place, counts in _counted(rows, "outcome").items():
         cells = [place, sum(counts.values()), *(counts.get(outcome, 0) for outcome in OUTCOMES)]
+        cells += [found[place].get(cause, 0) for cause in CAUSES]
         lines.append("  ".join(f"{cell!s:>{len(head)}}" for head, cell in zip(heads, cells, strict=True)))
     return lines

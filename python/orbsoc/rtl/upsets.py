@@ -2,7 +2,8 @@
 
 The PL runs a whole attempt by itself. At a drawn clock of it a drawn bit is turned over. What the PS then has is a fault of
 the protocol, no end within twice the clocks of a clean attempt, or an answer, whose certificate Rust makes on the user's data.
-Where that is not the status of the clean solve, the PS resets the PL, loads program and problem anew, and solves again.
+Where that is not the status of the clean solve, the PS resets the PL, loads program and problem anew, and solves again. An engine
+with parity reports storage and microcode that it reads; after words that the PS reads, it looks at STATUS.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
-from orbsoc.ps.registers import Control, LaunchTimeout, ProtocolError
+from orbsoc.ps.registers import ERROR_OF_FAULT, Control, Fault, LaunchTimeout, Parity, ProtocolError
 from orbsoc.ps.registers import Register as Address
+from orbsoc.ps.registers import Status as StatusWord
 from orbsoc.ps.segments import Method
 from orbsoc.solving.solver import solution_of
 
@@ -40,6 +42,9 @@ from .validation import Format, RtlError, built
 Outcome = Literal["no effect", "other bits, right", "right after retry", "reported", "silent"]
 OUTCOMES: tuple[Outcome, ...] = ("no effect", "other bits, right", "right after retry", "reported", "silent")
 """`reported`: the retry, too, ended otherwise than the clean solve, and says so; `silent`: accepted, and wrong."""
+Cause = Literal["parity", "another fault", "time limit", "certificate"]
+CAUSES: tuple[Cause, ...] = ("parity", "another fault", "time limit", "certificate")
+"""What told the PS that a solve must be repeated."""
 LIMIT = 2.0
 """Clocks that an attempt may take, over those of the clean one: the time limit of the PS."""
 AGREES = 1e-6
@@ -65,12 +70,21 @@ class Upset:
     first: str
     outcome: Outcome
 
+    @property
+    def found_by(self) -> Cause | None:
+        """What refused the solve with the flip; None for an accepted one."""
+        if self.outcome not in ("right after retry", "reported"):
+            return None
+        if self.first in (Parity.__name__, LaunchTimeout.__name__):
+            return "parity" if self.first == Parity.__name__ else "time limit"
+        return "certificate" if self.first in Status.__members__ else "another fault"
+
     def row(self) -> dict[str, str | int]:
         """As a table has it."""
         flip = self.flip
         return {
             "number": flip.number, "place": flip.place, "register": flip.register, "bit": flip.bit,
-            "clock": flip.clock, "first": self.first, "outcome": self.outcome,
+            "clock": flip.clock, "first": self.first, "outcome": self.outcome, "found_by": self.found_by or "",
         }  # fmt: skip
 
 
@@ -111,8 +125,10 @@ class UpsetStudy:
         settings: Settings | None = None,
         engine: Engine | None = None,
         form: Format = "compressed",
+        *,
+        parity: bool = False,
     ) -> None:
-        """Builds the harness and solves once without a flip.
+        """Builds the harness, of an engine with `parity` or without, and solves once without a flip.
 
         Raises RtlError if the RTL does not build, or if the clean solve has other bits than Rust's.
         """
@@ -124,8 +140,15 @@ class UpsetStudy:
         self._words, self._fp = program.storage_words, program.engine.fp
         self._banks = program.engine.banks
         self._harness = built(
-            rtl, program.engine, form, lines=len(self._image.microcode), resident=True, top="engine_upsets"
+            rtl,
+            program.engine,
+            form,
+            lines=len(self._image.microcode),
+            resident=True,
+            parity=parity,
+            top="engine_upsets",
         )
+        self._parity = parity
         self._limit = 1 << 30
         self._raw_clean = _core.ExactEngine(problem, self._settings, self._fp).solve(None)
         self.clean: Solution = solution_of(self._raw_clean)
@@ -215,6 +238,7 @@ class UpsetStudy:
                 session.set_words(addresses, ps.words(buffer, indices))
             else:
                 ps.set_words(buffer, indices, session.get_words(addresses))
+                self._require_no_fault(session)
 
         def again() -> bool:
             ps.take_over()
@@ -232,6 +256,13 @@ class UpsetStudy:
         )
         driver.run(restart=again)
         return ps.finish(), port
+
+    def _require_no_fault(self, session: RtlSession) -> None:
+        """Whether the words that were read had their parity."""
+        if self._parity:
+            fault = StatusWord.decode(session.read(Address.STATUS)).fault
+            if fault is not Fault.NONE:
+                raise ERROR_OF_FAULT[fault](f"the PL reports {fault.name} after words were read")
 
     def _right(self, found: Solution) -> bool:
         """Whether an accepted answer says what the clean one says."""

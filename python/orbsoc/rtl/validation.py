@@ -133,10 +133,18 @@ def rtl_sources(given: Path | None) -> Path:
 
 
 def built(
-    folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = False, top: str = "engine"
+    folder: Path,
+    engine: Engine,
+    form: Format,
+    *,
+    lines: int,
+    resident: bool = False,
+    parity: bool = False,
+    top: str = "engine",
 ) -> Path:
     """The harness for one engine with room for `lines` of microcode, from the cache of `rtl/build.sh`; `resident`: with
-    the operation control that runs whole attempts; `top`: engine, or engine_upsets, whose bits can be turned over.
+    the operation control that runs whole attempts; `parity`: with a bit a word and a line; `top`: engine, or engine_upsets, whose
+    bits can be turned over.
 
     Raises RtlError with the log of the build.
     """
@@ -147,6 +155,8 @@ def built(
     }  # fmt: skip
     if resident:
         parameters["RESIDENT"] = 1
+    if parity:
+        parameters["PARITY"] = 1
     arguments = [f"-G{name}={value}" for name, value in parameters.items()]
     done = subprocess.run(
         ["sh", folder / "build.sh", top, *arguments], capture_output=True, text=True, check=False
