@@ -22,6 +22,7 @@ from scripts.mutation.places import mutants_of
 from scripts.mutation.schemata import drawn
 
 COLUMNS = ("number", "file", "line", "kind", "was", "instead", "verdict", "test", "why")
+VERDICTS = ("caught", "time limit", "survived")
 
 
 def main() -> int:
@@ -51,9 +52,23 @@ def main() -> int:
     except KeyboardInterrupt:
         sys.stderr.write(f"stopped; the same command goes on. Rows: {path}\n")
         return 130
-    counts = Counter(row["verdict"] for row in rows_of(path).values())
-    sys.stderr.write(f"{path}: {', '.join(f'{count} {verdict}' for verdict, count in counts.items())}\n")
-    return int(counts["survived"] > 0)
+    sys.stdout.write(table(list(rows_of(path).values())))
+    return int(any(row["verdict"] == "survived" for row in rows_of(path).values()))
+
+
+def table(rows: list[dict[str, str]]) -> str:
+    """What became of the mutants of each file, in Markdown."""
+    counts = {
+        file: Counter(row["verdict"] for row in rows if row["file"] == file)
+        for file in sorted({row["file"] for row in rows})
+    }
+    counts["all"] = Counter(row["verdict"] for row in rows)
+    lines = ["| file | drawn | " + " | ".join(VERDICTS) + " |", "|---|" + "--:|" * (1 + len(VERDICTS))]
+    for file, count in counts.items():
+        lines.append(
+            f"| {file} | {count.total()} | " + " | ".join(str(count[verdict]) for verdict in VERDICTS) + " |"
+        )
+    return "\n".join([*lines, ""])
 
 
 def rows_of(path: Path) -> dict[int, dict[str, str]]:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
+import multiprocessing
 import os
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import hypothesis  # noqa: F401  loaded once, for all tests
+import pytest
+
+import orbsoc.rtl.solve  # noqa: F401
+from scripts.mutation import time_limit
 from scripts.mutation.places import Mutant
 from scripts.mutation.schemata import VARIABLE, write_alone, write_schemata
 from scripts.mutation.time_limit import FOUND, LIMIT_S
@@ -23,7 +29,7 @@ RTL = ROOT / "rtl"
 ELABORATED = {"axi/axi_contract.sv", "engine/clusters.svh"}
 """Their functions are called by elaboration: a mutant of theirs is built alone."""
 CHECKS = {
-    "fpu": ("units",),
+    "fpu": ("units", "engine"),
     "engine": ("rules", "registers", "attempt", "engine"),
     "axi": ("axi", "limit", "axi_solve"),
 }
@@ -31,6 +37,7 @@ CHECKS = {
 LEFT_OUT = "not mutation and not mutant and not off_is_a_mismatch and not core_file"
 """Tests that have wrong sources of their own, and those of files as they are written."""
 MOST_S = 1800
+FORK = multiprocessing.get_context("fork")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,30 +83,54 @@ def prepared(folder: Path, mutants: dict[int, Mutant], alone: int | None = None)
 
 def shown(tree: Path, number: int, checks: tuple[str, ...], limit_s: int) -> Verdict:
     """The mutant of that number before these tests, each of which may take so long; 0 is the RTL as it is."""
-    found = tree / f"found-{number}-{checks[0]}.json"
+    found, log = (tree / f"{checks[0]}-{number}.{suffix}" for suffix in ("json", "log"))
     found.unlink(missing_ok=True)
-    path = os.pathsep.join([str(tree), *filter(None, [os.environ.get("PYTHONPATH")]), str(ROOT)])
-    names = [f"tests/rtl/test_{check}.py" for check in checks]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "scripts.mutation.time_limit", "-k", LEFT_OUT, *names]  # fmt: skip
-    variables = {VARIABLE: str(number), FOUND: str(found), LIMIT_S: str(limit_s), "PYTHONPATH": path, "ORBSOC_REQUIRE_RTL": "1", "PYTHONDONTWRITEBYTECODE": "1"}  # fmt: skip
-    with subprocess.Popen(
-        command, cwd=tree, env=os.environ | variables, start_new_session=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    ) as process:  # fmt: skip
-        try:
-            text, _ = process.communicate(timeout=MOST_S)
-        except subprocess.TimeoutExpired:
-            return Verdict(number, "time limit", "", f"no end within {MOST_S} s")
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-    if process.returncode == 0:
+    variables = {VARIABLE: str(number), FOUND: str(found), LIMIT_S: str(limit_s), "ORBSOC_REQUIRE_RTL": "1"}
+    process = FORK.Process(target=_test, args=(tree, checks, variables, log))
+    process.start()
+    try:
+        process.join(MOST_S)
+        ended = process.exitcode is not None
+    finally:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)  # and the harnesses that it has left
+    if not ended:
+        return Verdict(number, "time limit", "", f"no end within {MOST_S} s")
+    if process.exitcode == 0:
         return Verdict(number, "survived", "", "")
     if not found.exists():
-        raise RuntimeError(f"mutant {number}: the tests did not run\n{text[-2000:]}")
+        raise RuntimeError(f"mutant {number}: the tests did not run\n{log.read_text()[-2000:]}")
     failed = json.loads(found.read_text())
-    return Verdict(
-        number, "time limit" if failed["endless"] else "caught", failed["test"], " ".join(failed["why"])
-    )
+    verdict = "time limit" if failed["endless"] else "caught"
+    return Verdict(number, verdict, failed["test"], " ".join(failed["why"]))
+
+
+def _test(tree: Path, checks: tuple[str, ...], variables: dict[str, str], log: Path) -> None:
+    """Run tests in this process, which was forked for it with all packages loaded, and end it."""
+    os.setsid()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    with log.open("w") as file:
+        for stream in (1, 2):
+            os.dup2(file.fileno(), stream)
+    os.chdir(tree)
+    os.environ.update(variables)
+    sys.path.insert(0, str(tree))
+    sys.dont_write_bytecode = True
+    names = [f"tests/rtl/test_{check}.py" for check in checks]
+    options = [
+        "-x",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "--rootdir",
+        str(tree),
+        "-c",
+        "pyproject.toml",
+        "-W",
+        "ignore:Module already imported",
+    ]
+    os._exit(pytest.main([*options, "-k", LEFT_OUT, *names], plugins=[time_limit]))
 
 
 def verdicts(folder: Path, mutants: dict[int, Mutant], wanted: list[int]) -> Iterator[Verdict]:

@@ -168,8 +168,22 @@ def a_row_without_its_module_is_no_segment(attempts: Attempts) -> None:
         assert attempts.status().fault is Fault.WRONG_SEGMENT, words
 
 
+def an_attempt_that_ended_names_no_segment(attempts: Attempts) -> None:
+    attempts.launch()
+    assert attempts.ended() == [1, 2]
+    assert attempts.status().segment == 0
+
+
+def a_segment_that_is_not_there_faults(attempts: Attempts) -> None:
+    op, segment, entry = (INSTRUCTION_FIELDS[name] for name in ("op", "segment", "entry"))
+    attempts.session.write(PROGRAM + PROGRAM_ENTRY * 4, op.put(Step.RUN) | segment.put(9) | entry.put(1))
+    attempts.launch(4)
+    attempts.session.wait(50)
+    assert attempts.status().fault is Fault.WRONG_SEGMENT
+
+
 CHECKS = (
-    flags_decide, stop_ends_this_attempt_alone, stop_is_read_where_it_may_be, a_fault_halts_the_program,
+    an_attempt_that_ended_names_no_segment, a_segment_that_is_not_there_faults, flags_decide, stop_ends_this_attempt_alone, stop_is_read_where_it_may_be, a_fault_halts_the_program,
     a_row_without_its_module_is_no_segment,
 )  # fmt: skip
 
