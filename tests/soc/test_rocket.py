@@ -24,6 +24,11 @@ REGISTERS = {
 """Parameters of the platform that the record does not tell apart."""
 HELD_OUT: list[dict[str, Any]] = json.loads((Path(__file__).parent / "held_out.json").read_text())
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
+PAGE = (Path(__file__).parents[2] / "docs" / "whole-chip.md").read_text(encoding="utf-8")
+
+
+def _spaced(number: float) -> str:
+    return f"{number:,.0f}".replace(",", " ")
 
 
 def test_the_law_is_the_fit_of_the_record_and_the_platform_has_it() -> None:
@@ -78,6 +83,8 @@ def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict
     engine = Engine(lanes=4, banks=16, address_bits=row.get("address_bits"))
     *parts, whole = pairs([run], [posed], row["partition"], engine, row["ratio"])
     assert abs(whole.error) <= 0.10
+    told = f"| {_spaced(whole.counted)} | {_spaced(whole.modelled)} | {100.0 * whole.error:+.1f} % |"
+    assert told.replace("-", "−") in PAGE
     for part in parts:
         if part.name == LINK:
             assert abs(part.error) <= (0.10 if row["partition"] == "paper" else 0.05)
