@@ -13,7 +13,9 @@ import pytest
 from scipy.linalg import expm
 
 import orbsoc
+from benchmarks.station_approaches import scenario
 from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Status
 from orbsoc.guidance.impulses import ImpulseProgramme
 from orbsoc.guidance.mission import Auditable, Dispersible, PlanStatus
 from orbsoc.guidance.scenario_file import ScenarioError, checked
@@ -208,6 +210,9 @@ def test_without_keep_out_in_the_way_the_bound_is_met() -> None:
 def test_each_conic_problem_has_clarabels_optimum() -> None:
     for row in planned().subproblems:
         theirs = clarabel.solve(row.problem, Settings(tol=1e-9))
+        if Status.PRIMAL_INFEASIBLE in (row.solution.status, theirs.status):
+            assert row.solution.status is theirs.status
+            continue
         assert row.solution.objective == pytest.approx(theirs.objective, rel=1e-6)
 
 
@@ -380,3 +385,17 @@ def test_a_half_space_is_kept_between_instants_and_costs_more() -> None:
     assert plan.verification is not None
     check = next(each for each in plan.verification.checks if each.name == "half-space")
     assert check.kept
+
+
+def test_a_flight_beside_the_orbital_plane_is_found_where_it_costs_less() -> None:
+    """From in front and above to a point above, all in the orbital plane: drifts pass beside the keep-out (its 73rd random approach)."""
+    plan = approach.plan(checked(Scenario, scenario(73), source="random 73"))
+    costs = {each.side: each.reference.cost for each in plan.attempts if each.found}
+    across = costs.pop("across the orbital plane")
+    assert plan.status is PlanStatus.VERIFIED
+    assert plan.cost == pytest.approx(across, rel=1e-6)
+    assert across < 0.99 * min(costs.values())
+    assert plan.programme is not None
+    assert np.abs(plan.programme.dv_m_s[:, 2]).max() > 0.1
+    assert plan.lower_bound is not None
+    assert plan.lower_bound < plan.cost

@@ -19,7 +19,17 @@ from .model.instants import at_nodes
 from .model.nearest import Search
 from .model.problem import Forms
 from .scenario import Scenario
-from .search.sequence import Attempt, attempt, cost_of, lengthened, sides, solve_convex, turns, widened
+from .search.sequence import (
+    Attempt,
+    attempt,
+    beside,
+    cost_of,
+    lengthened,
+    sides,
+    solve_convex,
+    turns,
+    widened,
+)
 from .verification.closed_loop import CorrectedFlights, fly_corrected
 from .verification.errors import room_m
 from .verification.linear import arcs
@@ -146,8 +156,11 @@ def _planned(
     if not safe:
         return _nothing(approach, attempts, rows)
     best = min(safe, key=lambda each: each.reference.cost)
+    used_forms = best.forms or forms
     try:  # with all the instants that the plan asked for
-        _, row = solve_convex(approach, forms, best.reference.instants.without("speed"), used)
+        _, row = solve_convex(
+            used_forms.form.approach, used_forms, best.reference.instants.without("speed"), used
+        )
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     least = row.solution.dual_objective if row.solution.status is Status.SOLVED else None
@@ -171,7 +184,7 @@ def _attempts(
     approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> tuple[tuple[Attempt, ...], Iteration]:
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
-    also drift by drift, and, if all of these settle, about the drifts as they come. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
+    also drift by drift, if all of these settle about the drifts as they come, and beside the best across the orbital plane. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
     on ways that turn. And the solve of that flight."""
     scenario = approach.scenario
     free, row = solve_convex(approach, forms, at_nodes(approach), solve)
@@ -196,6 +209,10 @@ def _attempts(
                 widened(approach, forms, name, normals, solve, callback)
                 for name, normals in turns(approach).items()
             ]
+    cheapest = min((each for each in found if each.found), key=lambda each: each.reference.cost, default=None)
+    dear = cheapest is not None and cheapest.reference.cost > WORTH_MORE * solution.objective
+    if cheapest is not None and cheapest.reference.safe is not None and dear and not approach.held:
+        found.append(beside(approach, cheapest.reference.safe, solve, callback))
     return tuple(found), row
 
 

@@ -70,6 +70,8 @@ class Approach:
     """Whether the start is where a flight has come to: its drift is what it is, and the first burn is not looked at cut."""
     first_margin_m: float = inf
     """Of the corridor's margin what the first arc keeps, m, where that is less."""
+    across: bool = False
+    """Whether a flight across the orbital plane is looked for though start and points lie in it."""
 
     @classmethod
     def of(cls, scenario: Scenario) -> Approach:
@@ -98,11 +100,11 @@ class Approach:
 
     @property
     def planar(self) -> bool:
-        """Whether start and points lie in the orbital plane: then so does the cheapest flight, for what an impulse does out
-        of it changes nothing in it."""
+        """Whether the flight is looked for in the orbital plane, where start and points lie in it. Without a keep-out the cheapest
+        flight lies there, too; one past a keep-out may be cheaper beside the plane (`across`)."""
         places = [self.start[2::3], *(each.position()[2:] for each in self.scenario.points.values())]
         speeds = [each.velocity() for each in self.scenario.points.values()]
-        if self.scenario.model.j2:  # which pulls out of it
+        if self.across or self.scenario.model.j2:  # which pulls out of it
             return False
         half_space = self.scenario.half_space
         if half_space is not None:

@@ -33,6 +33,8 @@ SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 """Of the drifts' horizon, by which they grow."""
 WIDTHS = (0.05, 0.3, 0.6, 0.8, 0.9, 1.0)
 """Of the keep-out, by which it grows."""
+ACROSS = 1.5
+"""Of the keep-out, by which a flight is first kicked out of the orbital plane."""
 OPPOSITE = -0.99
 """Cosine of an angle: directions with a larger one between them have two ways from one to the other."""
 SAFE_M = 1.5e-3
@@ -60,6 +62,8 @@ class Attempt:
     subproblems: tuple[Iteration, ...]
     why: str = ""
     """Of an infeasible problem: the conditions that contradict each other."""
+    forms: Forms | None = None
+    """Of its problems, where these are not of the approach as it is given."""
 
     @property
     def found(self) -> bool:
@@ -196,6 +200,20 @@ def lengthened(
     """Drifts that are looked at for longer and longer: at first none reaches the keep-out."""
     steps = [replace(approach, share=share) for share in SHARES]
     return _step_by_step(steps, forms, "drift by drift", None, solve, callback)
+
+
+def beside(
+    approach: Approach, flight: ImpulseProgramme, solve: Solve, callback: Callable[[Iteration], None] | None
+) -> Attempt:
+    """About the flight after a kick across the orbital plane: from planes that hold no direction across it nothing leaves it, and
+    drifts may pass beside the keep-out for less."""
+    solid = replace(approach, across=True)
+    dv = flight.dv_m_s.copy()
+    dv[0, 2] += ACROSS * float(np.max(approach.outer_m)) * approach.mean_motion_rad_s
+    forms = Forms(solid)
+    start = Found(ImpulseProgramme(flight.times_s, dv), forms.begun(at_nodes(solid), Instants()))
+    found = attempt(solid, forms, "across the orbital plane", None, solve, callback, start)
+    return replace(found, forms=forms)
 
 
 def widened(
