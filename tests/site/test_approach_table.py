@@ -24,7 +24,7 @@ def test_counts_and_the_worst_are_of_the_table() -> None:
     counts = (len(rows), len(above), sum(v <= 0.05 for v in above.values()), sum(v <= 0.5 for v in above.values()), len(far))  # fmt: skip
     assert tuple(map(int, re.findall(r"\| (\d+) \|$", section, flags=re.MULTILINE))) == counts
     assert f"The median is {median(above.values()):.3f} %" in section
-    told = re.findall(r"(\d+) \((\d\.\d\d) %\)", section)
+    told = re.findall(r"(\d+) \((\d+\.\d\d) %\)", section)
     assert {int(k): value for k, value in told} == {k: f"{value:.2f}" for k, value in far.items()}
     left = [int(k) for k in re.findall(r"\d+", section[section.index("left out (") :].partition(")")[0])]
     assert left == sorted(rows.keys() - above.keys())
