@@ -29,5 +29,5 @@ def test_counts_and_the_worst_are_of_the_table() -> None:
     left = [int(k) for k in re.findall(r"\d+", section[section.index("left out (") :].partition(")")[0])]
     assert left == sorted(rows.keys() - above.keys())
     guide = (DOCS / "approach.md").read_text(encoding="utf-8")
-    sentence = guide[guide.index("Beside SLSQP from ten starts") :][:600]
+    sentence = guide[guide.index("Beside SLSQP from ten starts") : guide.index("## Limits")]
     assert [int(n) for n in re.findall(r"\b\d{3}\b", sentence)] == [*counts[:4]]
