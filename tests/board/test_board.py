@@ -42,6 +42,7 @@ def test_the_engine_on_the_board_has_the_hosts_bits(image: Path) -> None:
     text = "\n".join(lines)
     assert "SOLVED in 4 iterations: the recorded bits" in text
     assert f"answer {firmware.answer_hash(firmware.rendezvous())}" in lines
+    assert text in (RTL.parent / "docs" / "board.md").read_text(encoding="utf-8")
 
 
 def test_a_byte_begins_it_anew(image: Path) -> None:
