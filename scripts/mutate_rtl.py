@@ -36,6 +36,10 @@ def main() -> int:
     parser.add_argument("--again", action="store_true", help="show those again that survived")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mutants")
     asked = parser.parse_args()
+    if asked.count < 1:
+        parser.error(
+            f"--count = {asked.count}: allowed is a whole number from 1; each file gets three or more"
+        )
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     mutants = dict(enumerate(drawn(mutants_of(RTL, files()), asked.seed, asked.count), start=1))
     folder = asked.out / f"{asked.seed}-{asked.count}-{source()}"

@@ -104,10 +104,9 @@ def main(arguments: list[str]) -> None:
     """One step."""
     steps = {"netlist": netlist, "routed": routed}
     if arguments and arguments[0] == "bitstream":
-        problem = Problem.load(Path(arguments[1])) if len(arguments) > 1 else rendezvous()
         try:
-            bitstream(problem)
-        except (RuntimeError, ValueError) as error:
+            bitstream(Problem.load(Path(arguments[1])) if len(arguments) > 1 else rendezvous())
+        except (OSError, RuntimeError, ValueError) as error:
             raise SystemExit(f"make bitstream: {error}") from error
     elif len(arguments) == 1 and arguments[0] in steps:
         steps[arguments[0]]()
