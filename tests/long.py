@@ -10,6 +10,7 @@ import re
 LONG: dict[str, tuple[str, ...]] = {
     "site/test_commands_end.py": ("test_the_commands_of_a_page_end_as_it_says",),
     "site/test_hardware_tables.py": ("test_quantiles", "test_every_mission"),
+    "site/test_computer_tables.py": (r"ng_ultra\[paper00[013]", "throughput_of", r"precision\[rec1"),
     "site/test_schedule_tables.py": ("what_clusters_cost",),
     "site/test_rtl_tables.py": ("test_each_row_that_is_printed_is_stated",),
     # `run`, `budget`, `trace`, `throughput` and `calibrate` remain.

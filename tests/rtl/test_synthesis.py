@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 from hw_model.area.synthesis import recorded
+from scripts.record_synthesis import PAGE, with_tables
 from tests.rtl.verilator import require_yosys
 
 SYNTHESIZE = Path(__file__).resolve().parents[2] / "rtl" / "synthesize.sh"
@@ -21,3 +22,8 @@ def test_a_unit_synthesised_anew_takes_what_the_record_says() -> None:
     assert (
         abs(made["lut"] / row.lut - 1) <= 0.10
     )  # the mapper's order of work moves it, and so does another yosys
+
+
+def test_the_page_shows_the_record() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    assert with_tables(page) == page

@@ -33,7 +33,7 @@ def problem_of(letter: str) -> Problem:
 def rows(page: str, head: str) -> list[list[str]]:
     """The cells of the table whose head begins so."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    lines = text[text.index(head) :].splitlines()[2:]
+    lines = text[text.index(head) :].lstrip().splitlines()[2:]
     table = lines[: next(k for k, line in enumerate(lines) if not line.startswith("|"))]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
 

@@ -90,3 +90,10 @@ def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict
             assert abs(part.error) <= (0.10 if row["partition"] == "paper" else 0.05)
         elif part.counted >= whole.counted / 20:
             assert abs(part.error) <= 0.20, part
+
+
+@pytest.mark.parametrize("row", HELD_OUT, ids=lambda row: f"{row['scenario']}-{row['partition']}")
+def test_the_page_has_the_counts_of_the_record(row: dict[str, Any]) -> None:
+    """Those of a partition without loading its program."""
+    loaded = sum(cycles for name, _, _, cycles, *_ in row["stages"] if name == "load")
+    assert f"| {_spaced(row['core_cycles'] - loaded)} |" in PAGE
