@@ -58,7 +58,10 @@ def test_the_link_is_the_fit_of_its_record_and_the_platform_has_it() -> None:
 
 
 def test_nothing_is_fitted_to_the_families_that_judge() -> None:
-    families = {name.rpartition("-")[0] for name in (*COUNTED, *EXECUTED, *dict(record_rocket_link.RUNS))}
+    families = {
+        name.rpartition("-")[0]
+        for name in (*COUNTED, *EXECUTED, *(name for name, *_ in record_rocket_link.RUNS))
+    }
     assert not families & {"insertion", "rendezvous", "rendezvous_without_cone", "quadrotor"}
 
 
@@ -87,7 +90,7 @@ def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict
     assert told.replace("-", "−") in PAGE
     for part in parts:
         if part.name == LINK:
-            assert abs(part.error) <= (0.10 if row["partition"] == "paper" else 0.05)
+            assert abs(part.error) <= (0.08 if row["partition"] == "paper" else 0.05)
         elif part.counted >= whole.counted / 20:
             assert abs(part.error) <= 0.20, part
 
