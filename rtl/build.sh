@@ -74,7 +74,7 @@ if [ ! -x "$built" ]; then
     objects=
     if [ "$top" = axi_engine ]; then
       objects="$work/orbsoc.o"
-      "${CC:-cc}" -std=c11 -O1 -Wall -Wextra -Wpedantic -Werror -ffreestanding -DORBSOC_EXTERNAL_ACCESS -c "$here/driver/orbsoc.c" -o "$objects" || return 1
+      "${CC:-cc}" -std=c11 -O1 -Wall -Wextra -Wpedantic -Werror -ffreestanding -DORBSOC_EXTERNAL_ACCESS -DORBSOC_BUS_ADDRESS -c "$here/driver/orbsoc.c" -o "$objects" || return 1
     fi
     # The numbers of latency.svh and engine.svh for the harness.
     cat "$here/latency.svh" "$here/engine.svh" | sed -n 's/^localparam int \([A-Z0-9_]*\) = \([0-9]*\);.*/constexpr int \1 = \2;/p' >"$work/contract.hpp"

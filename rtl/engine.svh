@@ -11,3 +11,5 @@ localparam int QUEUE_DEPTH = 4;     // instruction queue of the in-order sequenc
 localparam int SHORT_BITS = 6;      // compressed microcode: a step
 localparam int TEMPLATE_BITS = 6;   // compressed microcode: number of a template
 localparam int TEMPLATE_WIDTH = 12; // compressed microcode: a template, an operation and the modes of four fields
+localparam int STREAM_ROWS = 512;   // streamed microcode: parts of lines that a port holds
+localparam int STREAM_BURST = 16;   // streamed microcode: beats of a burst, at most

@@ -63,6 +63,11 @@ HELD_OUT = [
     *(("engine", engine(fp, lanes, 4 * lanes) + " PARITY=1") for fp, lanes in PARITY_SHAPES),
 ]
 FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
+STREAMS = [
+    ("axi_stream", f"PORTS={ports} FETCH={bits} BEAT={beat} CODE_BITS=17")
+    for ports, bits, beat in ((1, 128, 128), (2, 128, 64), (1, 128, 64), (4, 512, 128))
+]
+"""What streams microcode: its ports and what they share."""
 UNITS = [
     *((unit, width) for unit in ("fp_add", "fp_mul", "fp_less", "lane") for width in FORMATS),
     ("divider", "EXP=11 MAN=52"),
@@ -70,6 +75,7 @@ UNITS = [
     ("registers", "CODE_BITS=12"),
     ("sequencer_flat", "WIDTH=285 CODE_BITS=12"),
     *(("sequencer_compressed", f"LANES={lanes} CODE_BITS=12 FETCH=128") for lanes in (2, 4)),
+    *STREAMS,
     *(("replica", f"UNITS=2 BANKS={banks} WIDTH={width}") for banks in (8, 16, 32) for width in (16, 32)),
     *(("write_crossbar", f"UNITS={units} BANKS={banks}") for units, banks in ((3, 4), (4, 8), (6, 16))),
 ]
@@ -98,6 +104,7 @@ NG_ULTRA = Family(
         *((unit, width) for unit in ("fp_add", "fp_mul", "lane", "divider") for width in FORMATS),
         ("registers", "CODE_BITS=12"),
         *(("sequencer_compressed", f"LANES={lanes} CODE_BITS=12 FETCH=128") for lanes in (2, 4)),
+        *STREAMS,
         *FITTED,
         ("engine", engine(64, 4, 16)),
         ("engine", engine(32, 4, 16)),
@@ -113,7 +120,7 @@ FAMILIES = (XC7, NG_ULTRA)
 
 def rtl_digest() -> str:
     """Of all of the RTL that is synthesised."""
-    return digest("fpu/*.sv", "engine/*.sv*", "*.sv*")
+    return digest("fpu/*.sv", "engine/*.sv*", "axi/axi_stream*.sv", "*.sv*")
 
 
 def digest(*patterns: str) -> str:
@@ -163,7 +170,8 @@ def bring_up_to_date(family: Family, *, only_same: bool = False) -> None:
 
 def _circuit(module: str, parameters: str) -> str:
     """By one tool for all families."""
-    read = "read_verilog -sv -I. contract.sv fpu/*.sv engine/*.sv"
+    axi = " axi/*.sv" if module.startswith("axi_") else ""
+    read = f"read_verilog -sv -I. contract.sv fpu/*.sv engine/*.sv{axi}"
     return circuit(ROOT / "rtl", read, module, parameters, XC7.tool)
 
 

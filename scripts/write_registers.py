@@ -55,7 +55,7 @@ def header() -> str:
         ("", fields("INSTRUCTION", map_.INSTRUCTION_FIELDS)),
         ("Memories: byte addresses behind AXI4; templates of compressed microcode.",
          values("REGION", map_.Region, "x")),
-        ("", sizes("TEMPLATES")),
+        ("", sizes("TEMPLATES", "STREAM_ALIGN")),
     ]  # fmt: skip
     lines = [
         "/* Written by scripts/write_registers.py from python/orbsoc/ps/registers.py; change that. */",

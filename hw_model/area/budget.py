@@ -22,6 +22,7 @@ from hw_model.timing.stream import is_streamed
 
 from .engine import (
     SIGNIFICAND_BITS,
+    STREAM_ROWS,
     Shape,
     decoder_flip_flops,
     decoder_luts,
@@ -176,11 +177,11 @@ def _used(
     coded = stored = 0.0
     streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
     readers = pl.stream_ports.value if streamed else 0
-    buffered = lines + (2 * -(-8 * pl.stream_buffer_bytes.value // wide) if streamed else 0)
     if pl.microcode_memory.value == "ultra_ram":
-        used["uram"] += uram(buffered, wide)
+        used["uram"] += uram(lines, wide)
     else:
-        coded = fabric.bram36(buffered, wide)
+        coded = fabric.bram36(lines, wide) if lines else 0.0
+        coded += readers * fabric.bram36(STREAM_ROWS, -(-wide // max(1, readers)))
     if pl.storage_memory.value == "ultra_ram":
         blocks, stored, chosen = storage_in_uram(shape, fabric, rows)
         used["uram"] += blocks
@@ -190,8 +191,9 @@ def _used(
     used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
     used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
     used["ff"] += decoder_flip_flops(shape, area) if packed else 0
-    used["lut"] += readers * area.lut_stream.value
-    used["ff"] += readers * area.ff_stream.value
+    if readers:
+        used["lut"] += readers * area.lut_stream.value + fabric.stream["lut"]
+        used["ff"] += readers * area.ff_stream.value + fabric.stream["ff"]
     used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
     used["bram36"] = math.ceil(stored + coded)
     if partition.control == "pl":

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 WIDTH_BITS: dict[Datapath, int] = {"f64": 64, "f32": 32}
 SIGNIFICAND_BITS: dict[Datapath, int] = {"f64": 53, "f32": 24}
 REPLICAS = 3
+STREAM_ROWS = 512
+"""Parts of lines that a port of streamed microcode holds, as rtl/engine.svh says."""
 """Copies of each bank, one a read port: operands a, b and c."""
 PARITY_CONTROL = 9
 """Flip-flops of parity beside banks and ports: a bit of a line and what is wrong with it, a wrong operand, cycles since the reset."""

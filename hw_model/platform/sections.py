@@ -11,7 +11,6 @@ from hw_model.vocabulary import Datapath
 
 from .parameter import (
     Banks,
-    Bytes,
     Completion,
     Count,
     Duration,
@@ -135,9 +134,9 @@ class Pl(Section):
     alone, for schedules count the bits.
 
     `storage_memory` and `microcode_memory` say where the two lie: "block_ram", "ultra_ram", or for microcode "streamed", from
-    DDR memory by a double buffer on the chip, each half of `stream_buffer_bytes`, over `stream_ports` ports of its own of
-    `stream_bytes_per_cycle` each, the first after `stream_start_us`. "streamed_start": only segments that run once an attempt
-    are streamed, those of the iteration lie in block RAM. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
+    DDR memory over `stream_ports` ports of its own of `stream_bytes_per_cycle` each, the first beat after `stream_start_us`, as
+    rtl/ has it for compressed microcode. "streamed_start": only segments that run once an attempt
+    are streamed, those of the iteration lie in block RAM, which rtl/ has not. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
     or as many as the schedules need ("exact").
 
     `load_bytes_per_cycle`: of microcode that the engine's slave takes, whatever the link brings.
@@ -163,7 +162,6 @@ class Pl(Section):
     storage_depth: Parameter[StorageDepth]
     microcode_memory: Parameter[MicrocodeMemory]
     stream_bytes_per_cycle: Parameter[Rate]
-    stream_buffer_bytes: Parameter[Bytes]
     stream_ports: Parameter[Units]
     stream_start_us: Parameter[Duration]
     load_bytes_per_cycle: Parameter[Rate] = Parameter(

@@ -266,7 +266,7 @@ def _stream(name: str, platform: Platform, usage: ParameterUse) -> str | None:
     if not platform.pl.microcode_memory.value.startswith("streamed"):
         return "`pl.microcode_memory` is not streamed; set that too"
     timed = "times" in usage.questions and usage.scheduled
-    if name == "stream_buffer_bytes":
+    if name == "stream_ports":
         return _unless(
             bool(usage.area) or timed, "the estimate knows no microcode; ask for schedules (--exact)"
         )

@@ -43,6 +43,8 @@ class Engine(NamedTuple):
     clusters: int = 1
     interleaved: int = 1
     """Problems of the pattern that every segment works on."""
+    streamed: bool = False
+    """Whether cycles of microcode from memory are asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,15 @@ def engine_of(platform: Platform, datapath: Datapath) -> Engine:
         )
     compressed = pl.microcode_format.value == "compressed"
     units = (pl.lanes.value, pl.dividers.value, pl.banks.value)
-    return Engine(*units, datapath, compressed, clusters=pl.clusters.value, interleaved=pl.interleaved.value)
+    streamed = compressed and pl.microcode_memory.value.startswith("streamed")
+    return Engine(
+        *units,
+        datapath,
+        compressed,
+        clusters=pl.clusters.value,
+        interleaved=pl.interleaved.value,
+        streamed=streamed,
+    )
 
 
 def scheduled(source: Callable[[int, str, Engine], Schedule]) -> StageCycles:

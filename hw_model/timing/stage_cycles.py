@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
 from hw_model.errors import HwModelError
 from hw_model.vocabulary import PlCause
@@ -19,13 +19,28 @@ if TYPE_CHECKING:
 Origin = Literal["estimate", "schedule"]
 
 
+class Memory(NamedTuple):
+    """What streamed microcode comes from: ports with beats of `beat_bits`; a burst comes `latency` cycles of the PL after its
+    address, and `beats` beats in `per` cycles."""
+
+    ports: int
+    beat_bits: int
+    latency: int
+    beats: int
+    per: int
+
+
 @dataclass(frozen=True, slots=True)
 class Microcode:
-    """What a segment's microcode takes: `words`, one a cycle, their bits when flat, and the bits that are stored."""
+    """What a segment's microcode takes: `words`, one a cycle, their bits when flat, and the bits that are stored.
+
+    `streamed`: the segment's cycles where its lines come from memory; None: its items are not known.
+    """
 
     words: int
     flat_bits: int
     bits: int
+    streamed: Callable[[Memory], int] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,11 @@ module axi_engine #(
     parameter int CHECKS = 1,
     parameter int RESIDENT /*verilator public*/ = 1,
     parameter int PARITY /*verilator public*/ = 0,
+    parameter int STREAM /*verilator public*/ = 0,  // ports of streamed microcode: 1, 2 or 4 with SEQUENCER 3
+    parameter int BEAT /*verilator public*/ = 64,  // bits of their beats
     parameter int ID_BITS = 4,
-    parameter int REGION_BITS = 24
+    parameter int REGION_BITS = 24,
+    parameter int PORTS = STREAM == 0 ? 1 : STREAM
 ) (
     input logic aclk,
     input logic aresetn,
@@ -65,21 +68,34 @@ module axi_engine #(
     output logic [ID_BITS-1:0] s_axi_rid,
     output logic [63:0] s_axi_rdata,
     output logic [1:0] s_axi_rresp,
-    output logic s_axi_rlast
+    output logic s_axi_rlast,
+    // AXI4, reads alone, of streamed microcode: a slice for each port. Bursts are INCR; beats, of BEAT bits, are counted.
+    output logic [PORTS-1:0] m_axi_arvalid,
+    input logic [PORTS-1:0] m_axi_arready,
+    output logic [32*PORTS-1:0] m_axi_araddr,
+    output logic [8*PORTS-1:0] m_axi_arlen,
+    output logic [3*PORTS-1:0] m_axi_arsize,
+    output logic [2*PORTS-1:0] m_axi_arburst,
+    input logic [PORTS-1:0] m_axi_rvalid,
+    output logic [PORTS-1:0] m_axi_rready,
+    input logic [BEAT*PORTS-1:0] m_axi_rdata,
+    input logic [2*PORTS-1:0] m_axi_rresp,
+    input logic [PORTS-1:0] m_axi_rlast
 );
   // As in engine.sv, which has them as parameters so that a harness can see them.
   localparam int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2);
   localparam int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96;
   localparam int FETCH = 32 << $clog2(ITEM_LINES > LANES ? ITEM_LINES : LANES);
-  localparam int CODE_WIDTH  /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH;
+  localparam int CODE_WIDTH  /*verilator public*/ = SEQUENCER == 1 || SEQUENCER == 3 ? FETCH : WIDTH;
   localparam int RULES  /*verilator public*/ = 8;
   localparam logic [31:0] ENGINE_WORD = {
-    6'd0, PARITY != 0, RESIDENT != 0, 6'd0, 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
+    6'd0, PARITY != 0, RESIDENT != 0, 3'd0, 3'(STREAM), 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
   } | (FP == 64 ? 32'h80 : 32'h0);
   localparam logic [31:0] SIZES_WORD = {16'(CODE_WIDTH), 8'(CODE_BITS), 8'(ADDRESS_BITS)};
 
   localparam logic [31:0] IDENTITY_WORD /*verilator public*/ =
-      axi_contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS, SEQUENCER == 1 ? 1 : 0);
+      axi_contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS,
+                             SEQUENCER == 1 ? 1 : SEQUENCER == 3 ? 1 + 2 * STREAM : 0);
 
   logic engine_reset, bus_write, bus_read, host_write, host_read, code_write, template_write;
   logic [15:0] bus_address;
@@ -95,7 +111,12 @@ module axi_engine #(
   logic [31:0] cycles  /*verilator public*/;
   logic [7:0] running  /*verilator public*/;
   logic [RULES-1:0] violations  /*verilator public*/;
-  logic fetch_wanted;
+  logic fetch_wanted, stream_failed, base_write;
+  logic [1:0] base_port;
+  logic [31:0] base_value;
+  // What the engine has for microcode: writes of its memory, or streamed lines.
+  logic line_write;
+  logic [CODE_WIDTH-1:0] line;
 
   axi_slaves #(
       .FP(FP),
@@ -106,7 +127,8 @@ module axi_engine #(
       .REGION_BITS(REGION_BITS),
       .ENGINE_WORD(ENGINE_WORD),
       .SIZES_WORD(SIZES_WORD),
-      .IDENTITY_WORD(IDENTITY_WORD)
+      .IDENTITY_WORD(IDENTITY_WORD),
+      .STREAM(STREAM)
   ) slaves (
       .clock(aclk),
       .reset(!aresetn),
@@ -175,8 +197,59 @@ module axi_engine #(
       .template_word(template_word),
       .irq(irq),
       .busy(busy),
-      .cycles(cycles)
+      .cycles(cycles),
+      .stream_failed(stream_failed),
+      .base_write(base_write),
+      .base_port(base_port),
+      .base_value(base_value)
   );
+
+  generate
+    if ((STREAM != 0) != (SEQUENCER == 3)) begin : g_refused
+      $error("SEQUENCER 3 has ports of streamed microcode, and no other has");
+    end
+    if (STREAM != 0) begin : g_stream
+      axi_stream #(
+          .PORTS(PORTS),
+          .FETCH(FETCH),
+          .BEAT(BEAT),
+          .CODE_BITS(CODE_BITS)
+      ) stream (
+          .clock(aclk),
+          .reset(!aresetn),
+          .base_write(base_write),
+          .base_port(base_port),
+          .base_value(base_value),
+          .bus_write(bus_write),
+          .bus_address(bus_address),
+          .bus_value(bus_value),
+          .busy(busy),
+          .running(running),
+          .there(line_write),
+          .line(line),
+          .taken(fetch_wanted),
+          .failed(stream_failed),
+          .arvalid(m_axi_arvalid),
+          .arready(m_axi_arready),
+          .araddr(m_axi_araddr),
+          .arlen(m_axi_arlen),
+          .rvalid(m_axi_rvalid),
+          .rdata(m_axi_rdata),
+          .rresp(m_axi_rresp)
+      );
+      assign m_axi_rready = '1;
+    end else begin : g_no_stream
+      assign line_write = code_write;
+      assign line = code_word;
+      assign stream_failed = 1'b0;
+      assign m_axi_arvalid = '0;
+      assign m_axi_araddr = '0;
+      assign m_axi_arlen = '0;
+      assign m_axi_rready = '0;
+    end
+  endgenerate
+  assign m_axi_arsize = {PORTS{3'($clog2(BEAT / 8))}};
+  assign m_axi_arburst = {PORTS{2'b01}};
 
   engine #(
       .FP(FP),
@@ -204,9 +277,9 @@ module axi_engine #(
       .host_address(host_address),
       .host_word(host_word),
       .host_value(host_value),
-      .code_write(code_write),
+      .code_write(line_write),
       .code_address(code_address),
-      .code_word(code_word),
+      .code_word(line),
       .template_write(template_write),
       .template_address(template_address),
       .template_word(template_word),

@@ -4,7 +4,8 @@
 module axi_registers #(
     parameter logic [31:0] ENGINE_WORD = 32'd0,
     parameter logic [31:0] SIZES_WORD = 32'd0,
-    parameter logic [31:0] IDENTITY_WORD = 32'd0
+    parameter logic [31:0] IDENTITY_WORD = 32'd0,
+    parameter int STREAM = 0  // ports of streamed microcode
 ) (
     input logic clock,
     input logic reset,
@@ -28,6 +29,9 @@ module axi_registers #(
     input logic [31:0] cycles,
     input logic [31:0] digest,
     output logic clear_digest,
+    input logic stream_failed,
+    output logic base_write,  // where a port's lines lie
+    output logic [1:0] base_port,
     // The memories: no access is under way; they may be accessed in this cycle; the engine runs, and takes none.
     input logic quiet,
     output logic open,
@@ -42,26 +46,31 @@ module axi_registers #(
   localparam logic [15:0] DIGEST = 16'h3014;
   localparam logic [15:0] LIMIT = 16'h3018;
   localparam logic [15:0] SPENT = 16'h301C;
+  localparam logic [15:0] STREAM_BASE = 16'h3020;
   localparam logic [3:0] CYCLE_LIMIT = 4'd9;
+  localparam logic [3:0] STREAM_ERROR = 4'd11;
 
   logic resetting, reading, own, idle, known, last_write, take_write, take_read, own_address, reset_address, kept_address;
-  logic restart, over, hold, tell, stopped;
+  logic restart, over, hold, tell, stopped, stopped_broken, base_address;
   logic [31:0] own_value, limit, spent;
   assign idle = !bus_write && !bus_read && !reading && !resetting && !engine_reset && !over;
   assign open = idle && known && !write_wanted;
   assign take_write = idle && write_wanted && quiet && !(read_wanted && last_write);
   assign take_read = idle && read_wanted && !take_write;
   assign reset_address = write_address == RESET;
-  assign kept_address = reset_address || write_address == DIGEST || write_address == LIMIT;
+  assign base_address = STREAM != 0 && write_address[15:4] == STREAM_BASE[15:4];
+  assign kept_address = reset_address || write_address == DIGEST || write_address == LIMIT || base_address;
   assign restart = take_write && reset_address && write_value[0];
   assign clear_digest = take_write && write_address == DIGEST;
+  assign base_write = take_write && base_address;
+  assign base_port = write_address[3:2];
   assign own_address = read_address == ENGINE || read_address == SIZES || read_address == CYCLES
       || read_address == IDENTITY || read_address == DIGEST || read_address == LIMIT || read_address == SPENT;
   assign write_done = take_write;
   assign read_done = reading;
   always_comb begin
     read_value = own ? own_value : bus_answer;
-    if (stopped && !own && bus_address == STATUS) read_value[11:8] = CYCLE_LIMIT;
+    if (stopped && !own && bus_address == STATUS) read_value[11:8] = stopped_broken ? STREAM_ERROR : CYCLE_LIMIT;
   end
 
   axi_limit launch_limit (
@@ -76,10 +85,12 @@ module axi_registers #(
       .status_busy(bus_answer[0]),
       .irq(irq),
       .engine_reset(engine_reset),
+      .broken(stream_failed),
       .over(over),
       .hold(hold),
       .tell(tell),
-      .stopped(stopped)
+      .stopped(stopped),
+      .stopped_broken(stopped_broken)
   );
 
   always_ff @(posedge clock) begin

@@ -9,7 +9,8 @@ module axi_slaves #(
     parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
     parameter logic [31:0] ENGINE_WORD = 32'd0,
     parameter logic [31:0] SIZES_WORD = 32'd0,
-    parameter logic [31:0] IDENTITY_WORD = 32'd0
+    parameter logic [31:0] IDENTITY_WORD = 32'd0,
+    parameter int STREAM = 0  // ports of streamed microcode; then there is no memory for it
 ) (
     input logic clock,
     input logic reset,
@@ -81,12 +82,17 @@ module axi_slaves #(
     output logic [TEMPLATE_WIDTH-1:0] template_word,
     input logic irq,
     input logic busy,
-    input logic [31:0] cycles
+    input logic [31:0] cycles,
+    // Streamed microcode.
+    input logic stream_failed,
+    output logic base_write,
+    output logic [1:0] base_port,
+    output logic [31:0] base_value
 );
   localparam int CODE_PIECES = (CODE_WIDTH + 31) / 32;
   localparam int PIECES = CODE_PIECES > FP / 32 ? CODE_PIECES : FP / 32;
   localparam int STORAGE_BYTES = ADDRESS_BITS + $clog2(FP / 8);
-  localparam int CODE_BYTES = CODE_BITS + $clog2(CODE_PIECES) + 2;
+  localparam int CODE_BYTES = STREAM != 0 ? 0 : CODE_BITS + $clog2(CODE_PIECES) + 2;
   localparam int TEMPLATE_BYTES = contract::TEMPLATE_BITS + 2;
 
   generate
@@ -128,12 +134,14 @@ module axi_slaves #(
       .read_done(read_done)
   );
 
+  assign base_value = write_value;
   logic quiet, open, running, clear_digest;
   logic [31:0] digest;
   axi_registers #(
       .ENGINE_WORD(ENGINE_WORD),
       .SIZES_WORD(SIZES_WORD),
-      .IDENTITY_WORD(IDENTITY_WORD)
+      .IDENTITY_WORD(IDENTITY_WORD),
+      .STREAM(STREAM)
   ) registers_access (
       .clock(clock),
       .reset(reset),
@@ -156,6 +164,9 @@ module axi_slaves #(
       .cycles(cycles),
       .digest(digest),
       .clear_digest(clear_digest),
+      .stream_failed(stream_failed),
+      .base_write(base_write),
+      .base_port(base_port),
       .quiet(quiet),
       .open(open),
       .running(running)

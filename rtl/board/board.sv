@@ -208,6 +208,17 @@ module board #(
       .s_axi_rid(rid),
       .s_axi_rdata(memories_answer),
       .s_axi_rresp(rresp),
-      .s_axi_rlast(rlast)
+      .s_axi_rlast(rlast),
+      .m_axi_arvalid(),
+      .m_axi_arready('0),
+      .m_axi_araddr(),
+      .m_axi_arlen(),
+      .m_axi_arsize(),
+      .m_axi_arburst(),
+      .m_axi_rvalid('0),
+      .m_axi_rready(),
+      .m_axi_rdata('0),
+      .m_axi_rresp('0),
+      .m_axi_rlast('0)
   );
 endmodule

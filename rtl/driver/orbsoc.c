@@ -105,11 +105,14 @@ orbsoc_pl_error orbsoc_pl_reset(orbsoc_pl *pl) {
   return orbsoc_pl_require_rest(pl);
 }
 
+/* Ports of streamed microcode; 0: the PL has a memory for it. */
+static uint32_t ports(const orbsoc_pl *pl) { return FIELD(pl->engine, ORBSOC_ENGINE_STREAM); }
+
 orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces) {
   const uint32_t count = ORBSOC_PIECES(pl->code_width);
   uint32_t bytes = 4;
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
-  if (line >> pl->code_bits) return ORBSOC_PL_OUT_OF_RANGE;
+  if (ports(pl) || line >> pl->code_bits) return ORBSOC_PL_OUT_OF_RANGE;
   while (bytes < 4u * count) bytes *= 2u;
   for (uint32_t piece = 0; piece < count; ++piece)
     orbsoc_pl_write(pl->memories + ORBSOC_REGION_MICROCODE + (uintptr_t)bytes * line + 4u * piece, pieces[piece]);
@@ -209,13 +212,14 @@ static orbsoc_pl_error load_templates(orbsoc_pl *pl, const orbsoc_pl_image *imag
 static orbsoc_pl_error begin_at(orbsoc_pl *pl, const orbsoc_pl_image *image, uint32_t first) {
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   if (!fits(pl, first, image->lines)) return ORBSOC_PL_OUT_OF_RANGE;
-  forget(pl, image, first, image->lines);
+  forget(pl, image, first, ports(pl) ? 0 : image->lines);
   pl->first = first;
   return load_templates(pl, image);
 }
 
 static orbsoc_pl_error load_lines(orbsoc_pl *pl, const orbsoc_pl_image *image, orbsoc_pl_error found) {
-  for (uint32_t i = 0; i < image->lines && found == ORBSOC_PL_OK; ++i)
+  const uint32_t lines = ports(pl) ? 0 : image->lines;
+  for (uint32_t i = 0; i < lines && found == ORBSOC_PL_OK; ++i)
     found = orbsoc_pl_load_line(pl, pl->first + i, image->microcode + (size_t)ORBSOC_PIECES(pl->code_width) * i);
   return found == ORBSOC_PL_OK ? orbsoc_pl_load_end(pl, image) : found;
 }
@@ -237,7 +241,7 @@ orbsoc_pl_error orbsoc_pl_load_beside_begin(orbsoc_pl *pl, const orbsoc_pl_image
   if (!is_of_this_engine(pl, image)) return ORBSOC_PL_WRONG_ENGINE;
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   forget(pl, image, 0, 0);
-  for (uint32_t i = 0; i < pl->residents;) {
+  for (uint32_t i = 0; !ports(pl) && i < pl->residents;) {
     const int taken = overlaps(&pl->resident[i], first, image->lines);
     if (taken) first = pl->resident[i].first + pl->resident[i].image->lines;
     i = taken ? 0 : i + 1u;
@@ -292,11 +296,33 @@ orbsoc_pl_error orbsoc_pl_switch(orbsoc_pl *pl, const orbsoc_pl_image *image) {
   return found == ORBSOC_PL_OK ? finish(pl, image, digest_of_templates(image)) : found;
 }
 
+/* Where each port finds its parts of the lines. */
+static orbsoc_pl_error point_at(const orbsoc_pl *pl, const orbsoc_pl_image *image) {
+  uint32_t base = orbsoc_pl_bus_address(image->microcode);
+  if (base % ORBSOC_STREAM_ALIGN) return ORBSOC_PL_OUT_OF_RANGE;
+  for (uint32_t port = 0; port < ports(pl); ++port) {
+    const uint32_t bytes = image->lines * (pl->code_width / 8u >> ports(pl) / 2u); /* 1, 2 or 4 ports */
+    write_register(pl, ORBSOC_REG_STREAM_BASE + 4u * port, base);
+    base += (bytes + ORBSOC_STREAM_ALIGN - 1u) / ORBSOC_STREAM_ALIGN * ORBSOC_STREAM_ALIGN;
+  }
+  return bus(pl);
+}
+
+/* Lines of a segment that begins with one: up to the next segment, or the last line. */
+static uint32_t lines_from(const orbsoc_pl_image *image, uint32_t start) {
+  uint32_t end = image->lines;
+  for (uint32_t i = 0; i < image->segment_count; ++i)
+    if (image->segments[i].start > start && image->segments[i].start < end) end = image->segments[i].start;
+  return end - start;
+}
+
 orbsoc_pl_error orbsoc_pl_load_tables(orbsoc_pl *pl, const orbsoc_pl_image *image) {
-  orbsoc_pl_error found = ORBSOC_PL_OK;
+  orbsoc_pl_error found = ports(pl) ? point_at(pl, image) : ORBSOC_PL_OK;
   uint32_t status;
   for (uint32_t i = 0; i < image->segment_count && found == ORBSOC_PL_OK; ++i) {
     orbsoc_pl_segment segment = image->segments[i];
+    if (ports(pl))
+      write_register(pl, ORBSOC_TABLE + ORBSOC_TABLE_ENTRY * i + ORBSOC_ENTRY_LINES, lines_from(image, segment.start));
     if (segment.module != ORBSOC_MODULE_PS) segment.start += pl->first;
     found = orbsoc_pl_load_segment(pl, i, &segment);
   }

@@ -29,6 +29,14 @@ static inline uint32_t orbsoc_pl_read(uintptr_t address) { return *(const volati
 static inline void orbsoc_pl_write(uintptr_t address, uint32_t value) { *(volatile uint32_t *)address = value; }
 #endif
 
+/* Where the PL finds on its bus what lies here: the lines of streamed microcode. A system that maps them elsewhere defines
+ * ORBSOC_BUS_ADDRESS and links its own. */
+#ifdef ORBSOC_BUS_ADDRESS
+uint32_t orbsoc_pl_bus_address(const void *data);
+#else
+static inline uint32_t orbsoc_pl_bus_address(const void *data) { return (uint32_t)(uintptr_t)data; }
+#endif
+
 /* Accesses before it are done, those after it have not begun. */
 static inline void orbsoc_pl_barrier(void) {
 #if defined(__aarch64__) || (defined(__arm__) && __ARM_ARCH >= 7)
@@ -51,6 +59,7 @@ typedef enum {
   ORBSOC_PL_INVALID_ACCESS = ORBSOC_FAULT_INVALID_ACCESS,
   ORBSOC_PL_CYCLE_LIMIT = ORBSOC_FAULT_CYCLE_LIMIT, /* a launch was busy for more clocks than orbsoc_pl_limit allows */
   ORBSOC_PL_PARITY = ORBSOC_FAULT_PARITY, /* a word of storage or a line of microcode that the PL read has a bit turned over */
+  ORBSOC_PL_STREAM_ERROR = ORBSOC_FAULT_STREAM_ERROR, /* memory answered a read of streamed microcode with an error */
   /* What the driver finds. */
   ORBSOC_PL_LOST_INTERRUPT = 16, /* the segment finished, but its interrupt did not arrive within the budget */
   ORBSOC_PL_LAUNCH_TIMEOUT = 17, /* neither an interrupt nor the end within the budget */
@@ -80,7 +89,10 @@ typedef struct {
   uint32_t flag; /* storage address of the flag */
 } orbsoc_pl_instruction;
 
-/* A program for one engine. A line of microcode is ORBSOC_PIECES(code_width) words of 32 bits, low bits first. */
+/* A program for one engine. A line of microcode is ORBSOC_PIECES(code_width) words of 32 bits, low bits first.
+ * Streamed microcode stays where it is: `microcode` begins at a multiple of ORBSOC_STREAM_ALIGN bytes, has the first port's part of
+ * each line, then the second port's, each at such a multiple, and is in memory, not in a cache, before a launch. The digest is then
+ * of the templates alone. */
 typedef struct {
   uint32_t binary64, address_bits, code_width;
   const uint32_t *microcode;

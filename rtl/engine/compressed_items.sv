@@ -5,6 +5,7 @@ module compressed_items #(
     parameter int DIVIDERS = 1,
     parameter int ADDRESS_BITS = 14,
     parameter int FETCH = 128,
+    parameter int WAITS = 0,
     parameter int SHORT = contract::SHORT_BITS,
     parameter int TEMPLATE = contract::TEMPLATE_BITS,
     parameter int TEMPLATE_WIDTH = contract::TEMPLATE_WIDTH,
@@ -19,6 +20,7 @@ module compressed_items #(
     input logic start,
     input logic decoding,
     input logic [FETCH-1:0] line,
+    input logic there,  // with WAITS: the line is
     output logic push,  // the line goes into the buffer
     output logic deliver,  // a word, which may be empty
     output logic last,  // it is the segment's last
@@ -196,7 +198,15 @@ module compressed_items #(
   end
 
   // A line goes where no bit is left that was not taken before this cycle.
-  assign push = decoding && !(filled[1:0] == at[BIT+:2] && filled[2] != at[BIT+2]);
+  logic room;
+  assign room = !(filled[1:0] == at[BIT+:2] && filled[2] != at[BIT+2]);
+  generate
+    if (WAITS != 0) begin : g_waits
+      assign push = decoding && room && there;
+    end else begin : g_there
+      assign push = decoding && room;
+    end
+  endgenerate
   always_ff @(posedge clock) begin
     if (start) {at, over} <= '0;
     else if (take) begin

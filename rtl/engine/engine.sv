@@ -1,5 +1,5 @@
 // The PL: register file, sequencer, datapath, and their assertions. docs/pl-machine.md describes it.
-// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps. CHECKS = 0: no assertions (synthesis). PARITY: one
+// SEQUENCER: 0 flat microcode, 1 compressed, 2 in order with fetch gaps, 3 compressed, each line from outside as it is wanted. CHECKS = 0: no assertions (synthesis). PARITY: one
 // bit a word of storage and a line of microcode, and a fault where one that is read is wrong.
 module engine #(
     parameter int FP /*verilator public*/ = 64,
@@ -18,7 +18,7 @@ module engine #(
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int ITEM_LINES = (2 + LANES * (4 * ADDRESS_BITS + 8) + DIVIDERS * (3 * ADDRESS_BITS + 2) + 95) / 96,
     parameter int FETCH = 32 << $clog2(ITEM_LINES > LANES ? ITEM_LINES : LANES),
-    parameter int CODE_WIDTH /*verilator public*/ = SEQUENCER == 1 ? FETCH : WIDTH,
+    parameter int CODE_WIDTH /*verilator public*/ = SEQUENCER == 1 || SEQUENCER == 3 ? FETCH : WIDTH,
     parameter int TEMPLATES /*verilator public*/ = 1 << contract::TEMPLATE_BITS,
     parameter int TEMPLATE_WIDTH /*verilator public*/ = contract::TEMPLATE_WIDTH,
     parameter int RULES /*verilator public*/ = 8
@@ -38,7 +38,8 @@ module engine #(
     input logic [ADDRESS_BITS-1:0] host_address,
     input logic [W-1:0] host_word,
     output logic [W-1:0] host_value,
-    // Microcode memory and templates (compressed), while the engine is idle, and whether fetch delivers (in order).
+    // Microcode memory and templates (compressed), while the engine is idle, and whether fetch delivers (in order). SEQUENCER 3
+    // has no such memory: `code_word` is the segment's next line if `code_write`, and `fetch_wanted` takes it.
     input logic code_write,
     input logic [CODE_BITS-1:0] code_address,
     input logic [CODE_WIDTH-1:0] code_word,
@@ -226,6 +227,33 @@ module engine #(
       );
       assign enable = !frozen;
       assign fetch_wanted = 1'b0;
+    end else if (SEQUENCER == 3) begin : g_streamed
+      logic frozen;
+      sequencer_streamed #(
+          .LANES(LANES),
+          .DIVIDERS(DIVIDERS),
+          .ADDRESS_BITS(ADDRESS_BITS),
+          .SHORT(contract::SHORT_BITS),
+          .TEMPLATE(contract::TEMPLATE_BITS),
+          .TEMPLATE_WIDTH(TEMPLATE_WIDTH),
+          .FETCH(FETCH),
+          .PARITY(PARITY)
+      ) sequencer (
+          .clock(clock),
+          .reset(reset),
+          .line(code_word),
+          .there(code_write),
+          .taken(fetch_wanted),
+          .template_write(template_write),
+          .template_address(template_address),
+          .template_word(template_word),
+          .start(start),
+          .empty(empty),
+          .busy(busy),
+          .frozen(frozen),
+          .word(word)
+      );
+      assign enable = !frozen;
     end else begin : g_flat
       sequencer_flat #(
           .WIDTH(WIDTH),

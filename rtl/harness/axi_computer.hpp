@@ -13,9 +13,11 @@
 #include "Vaxi_engine.h"
 #include "Vaxi_engine_axi_engine.h"
 #include "axi_monitor.hpp"
+#include "axi_stream_memory.hpp"
 #include "rules.hpp"
 
 #define ORBSOC_EXTERNAL_ACCESS
+#define ORBSOC_BUS_ADDRESS
 extern "C" {
 #include "orbsoc.h"
 }
@@ -66,8 +68,10 @@ class AxiComputer {
 
   void clock() {
     dut.aclk = 0;
+    if (Built::STREAM) stream.drive(dut, Built::STREAM, Built::BEAT / 8);
     dut.eval();
     if (dut.aresetn) look();
+    if (Built::STREAM) stream.see(dut, Built::STREAM, Built::BEAT / 8);
     const auto &inside = *dut.axi_engine;
     for (int i = 0; i < RULE_COUNT; ++i) violations[std::size_t(i)] += inside.violations >> i & 1;
     if (was_busy && !inside.busy) segments.push_back({uint32_t(inside.running), uint32_t(inside.cycles)});
@@ -81,6 +85,14 @@ class AxiComputer {
   uint64_t clocks = 0;
   std::vector<std::array<uint32_t, 2>> segments;
   orbsoc_pl pl{};
+  StreamMemory stream;
+
+  // Streamed microcode, as the bus has it.
+  void place(const void *data, std::size_t bytes) { stream_data = data, stream_address = stream.place(data, bytes); }
+  uint32_t placed(const void *data) {
+    if (data != stream_data) die("streamed microcode that is not where the bus has it");
+    return stream_address;
+  }
 
   // ---- transactions ----
 
@@ -232,6 +244,8 @@ class AxiComputer {
   }
 
   Vaxi_engine dut;
+  const void *stream_data = nullptr;
+  uint32_t stream_address = 0;
   Monitor lite{"AXI4-Lite"}, burst{"AXI4"};
   uint64_t since = 0;
   uint32_t state = 1;

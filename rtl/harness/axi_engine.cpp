@@ -13,6 +13,8 @@
 //                                      once: words that differ, and the clocks of writing and reading; a seed 0 never waits
 //   poke ADDRESS WORD                  RESPONSE        one beat of 64 bits at a byte address of the memories
 //   peek ADDRESS                       RESPONSE DATA
+//   stream LATENCY BEATS PER SEED      ok       of the memory behind streamed microcode (axi_stream_memory.hpp); decimal
+//   stream_error BEAT                  ok       with which it errs, counted from here on; -1: none; decimal
 // ERROR is the driver's, decimal; other numbers are hexadecimal.
 #include <deque>
 #include <memory>
@@ -28,6 +30,7 @@ uint32_t orbsoc_pl_read(uintptr_t address) {
   if (computer.read_burst(address - AxiComputer::MEMORIES, 2, 1, beats)) computer.die("a read of the memories was refused");
   return uint32_t(beats[0] >> 32 * (address / 4 % 2));
 }
+uint32_t orbsoc_pl_bus_address(const void *data) { return AxiComputer::current->placed(data); }
 void orbsoc_pl_write(uintptr_t address, uint32_t value) {
   AxiComputer &computer = *AxiComputer::current;
   if (address < AxiComputer::MEMORIES) computer.lite_write(uint16_t(address - AxiComputer::REGISTERS), value);
@@ -58,11 +61,21 @@ class DriverSession : public Session<AxiComputer> {
     if (command == "limit") return (words >> first) && error(orbsoc_pl_limit(&computer.pl, uint32_t(first)));
     if (command == "poll") return (words >> first) && error(orbsoc_pl_poll(&computer.pl, uint32_t(first)));
     if (command == "interrupt") return (words >> first) && interrupt(first);
+    if (command == "stream") return stream(words);
+    if (command == "stream_error") return (words >> computer.stream.error_at) && computer.stream.count_from_here() && ok();
     if (command == "bursts") return (words >> first) && bursts(uint32_t(first), words);
     if (command == "poke" || command == "peek") return (words >> std::hex >> first) && raw(command, first, words);
     return false;
   }
 
+  static bool ok() {
+    std::printf("ok\n");
+    return true;
+  }
+  bool stream(std::istringstream &words) {
+    StreamMemory &memory = computer.stream;
+    return (words >> memory.latency >> memory.beats >> memory.per >> memory.seed) && memory.latency > 0 && memory.beats > 0 && ok();
+  }
   static bool error(orbsoc_pl_error found) {
     std::printf("%d\n", int(found));
     return true;
@@ -150,6 +163,7 @@ class DriverSession : public Session<AxiComputer> {
   // What the driver is given, and may keep the address of.
   struct Image {
     std::vector<uint32_t> microcode, templates, literal_addresses;
+    std::vector<uint32_t> parts;  // of streamed microcode: lines as the ports read them
     std::vector<uint64_t> literals;
     std::vector<orbsoc_pl_segment> segments;
     std::vector<orbsoc_pl_instruction> instructions;
@@ -157,10 +171,19 @@ class DriverSession : public Session<AxiComputer> {
     orbsoc_pl_image whole{};
     const orbsoc_pl_image *finished() {
       const uint32_t pieces = ORBSOC_PIECES(Built::CODE_WIDTH);
-      whole = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, microcode.data(), uint32_t(microcode.size() / pieces),
+      if (Built::STREAM) split();
+      whole = {Built::FP == 64, Built::ADDRESS_BITS, Built::CODE_WIDTH, Built::STREAM ? parts.data() : microcode.data(), uint32_t(microcode.size() / pieces),
                templates.data(), uint32_t(templates.size()), literal_addresses.data(), literals.data(), literals.size(),
                segments.data(), uint32_t(segments.size()), instructions.data(), uint32_t(instructions.size()), identity, digest};
       return &whole;
+    }
+    void split() {
+      constexpr std::size_t LINE = ORBSOC_PIECES(Built::CODE_WIDTH), PORTS = Built::STREAM ? Built::STREAM : 1, PART = LINE / PORTS;
+      const std::size_t lines = microcode.size() / LINE, align = ORBSOC_STREAM_ALIGN / 4, apart = (lines * PART + align - 1) / align * align;
+      parts.assign(PORTS * apart, 0);
+      for (std::size_t i = 0; i < microcode.size(); ++i)
+        parts[i % LINE / PART * apart + i / LINE * PART + i % PART] = microcode[i];
+      AxiComputer::current->place(parts.data(), 4 * parts.size());
     }
   };
   Image &now() { return images[current]; }

@@ -65,6 +65,10 @@ module axi_rules #(
   logic [contract::TEMPLATE_BITS-1:0] template_address;
   logic [contract::TEMPLATE_WIDTH-1:0] template_word;
   assign bus_answer = bus_address == STATUS ? {answer[31:1], status_busy} : answer;
+  logic stream_failed, base_write;
+  logic [1:0] base_port;
+  logic [31:0] base_value;
+  assign stream_failed = 1'b0;
   axi_slaves #(
       .FP(64),
       .ADDRESS_BITS(ADDRESS_BITS),

@@ -263,6 +263,17 @@ module soc #(
       .s_axi_rid(words.rid),
       .s_axi_rdata(words.rdata),
       .s_axi_rresp(words.rresp),
-      .s_axi_rlast(words.rlast)
+      .s_axi_rlast(words.rlast),
+      .m_axi_arvalid(),
+      .m_axi_arready('0),
+      .m_axi_araddr(),
+      .m_axi_arlen(),
+      .m_axi_arsize(),
+      .m_axi_arburst(),
+      .m_axi_rvalid('0),
+      .m_axi_rready(),
+      .m_axi_rdata('0),
+      .m_axi_rresp('0),
+      .m_axi_rlast('0)
   );
 endmodule

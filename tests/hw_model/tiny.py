@@ -21,7 +21,7 @@ _PARAMETERS: dict[str, dict[str, float | int | str]] = {
         "clock_mhz": 100.0, "lanes": 2, "dividers": 1, "banks": 4, "clusters": 1, "microcode_format": "flat",
         "microcode_compression": 1.0, "segment_overhead_cycles": 4, "overlap_exponent": 1.0,
         "storage_memory": "block_ram", "storage_depth": "power_of_two", "microcode_memory": "block_ram",
-        "stream_bytes_per_cycle": 8.0, "stream_buffer_bytes": 1024, "stream_ports": 1, "stream_start_us": 0.0,
+        "stream_bytes_per_cycle": 8.0, "stream_ports": 1, "stream_start_us": 0.0,
     },
     "link": {
         "register_write_ns": 60.0, "register_read_fixed_ns": 100.0, "register_read_pl_cycles": 10.0,

@@ -25,14 +25,24 @@ CODE_BITS = 14
 
 
 def built_behind_axi(
-    folder: Path, engine: Engine, form: Format, *, lines: int, resident: bool = True, parity: bool = False
+    folder: Path,
+    engine: Engine,
+    form: Format,
+    *,
+    lines: int,
+    resident: bool = True,
+    parity: bool = False,
+    stream: int = 0,
+    beat: int = 64,
 ) -> Path:
-    """The harness of an engine behind AXI; one microcode memory for all programs of the tests."""
+    """The harness of an engine behind AXI; one microcode memory for all programs of the tests, or `stream` ports with beats of
+    `beat` bits for compressed lines from the host's memory."""
     assert lines <= 1 << CODE_BITS
     return build(
         "axi_engine", rtl=folder, FP=engine.fp, LANES=engine.lanes, DIVIDERS=engine.dividers, BANKS=engine.banks,
-        ADDRESS_BITS=engine.address_bits, SEQUENCER=SEQUENCERS[form], CODE_BITS=CODE_BITS, RESIDENT=int(resident),
-        **({"PARITY": 1} if parity else {}),
+        ADDRESS_BITS=engine.address_bits, SEQUENCER=3 if stream else SEQUENCERS[form], CODE_BITS=CODE_BITS, RESIDENT=int(resident),
+        **({"PARITY": 1} if parity else {}), **({"STREAM": stream, "BEAT": beat} if stream else {}),
+        **({"CLUSTERS": engine.clusters} if engine.clusters > 1 else {}),
     )  # fmt: skip
 
 

@@ -115,7 +115,7 @@ class Board:
 
     def __init__(
         self, made: Path, port: RegisterFile, *, binary64: bool = True, code_width: int = 100, resident: bool = True,
-        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY, parity: bool = False,
+        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY, parity: bool = False, stream: int = 0,
     ) -> None:  # fmt: skip
         self.library = ctypes.CDLL(str(made))
         self.pl = ctypes.create_string_buffer(self.library.pl_size())
@@ -128,7 +128,9 @@ class Board:
         self.resets = 0
         self._begun: list[int] = []
         engine = ENGINE_FIELDS["binary64"].put(binary64) | ENGINE_FIELDS["resident"].put(resident)
-        engine |= ENGINE_FIELDS["parity"].put(parity)
+        engine |= ENGINE_FIELDS["parity"].put(parity) | ENGINE_FIELDS["stream"].put(stream)
+        self.bases: dict[int, int] = {}
+        """Of streamed microcode where the ports' lines lie."""
         sizes = {"address_bits": address_bits, "code_bits": code_bits, "code_width": code_width}
         self._constants = {
             int(Wrapper.ENGINE): engine,
@@ -168,6 +170,8 @@ class Board:
             self._write_memory(*self.spoil(address - MEMORIES, value))
         elif address - REGISTERS == Wrapper.DIGEST:
             self._program.clear()
+        elif address - REGISTERS in range(Wrapper.STREAM_BASE, Wrapper.STREAM_BASE + 16, 4):
+            self.bases[address - REGISTERS] = value
         elif address - REGISTERS == Wrapper.RESET:
             self.resets += value
         elif TABLE <= address - REGISTERS < Wrapper.RESET:

@@ -11,7 +11,7 @@ from orbsoc import _core
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.pl import ProgrammableLogic
-from orbsoc.ps.registers import Region
+from orbsoc.ps.registers import STREAM_ALIGN, TABLE, TABLE_ENTRY, WORD_MASK, Entry, Region, Wrapper
 from orbsoc.ps.segments import Method
 from orbsoc.rtl.c_image import c_source
 from orbsoc.rtl.session import RtlSession
@@ -85,6 +85,52 @@ def test_a_program_as_c_is_the_one_of_the_python_session(
         indices, addresses = image.homes.get(name, ((), ()))
         assert buffer.indices[: buffer.count] == list(indices)
         assert buffer.addresses[: buffer.count] == list(addresses)
+
+
+class CImage(ctypes.Structure):
+    """The beginning of orbsoc_pl_image."""
+
+    _fields_ = [
+        ("sizes", ctypes.c_uint32 * 3), ("microcode", ctypes.POINTER(ctypes.c_uint32)), ("lines", ctypes.c_uint32),
+    ]  # fmt: skip
+
+
+def test_a_streamed_program_stays_where_it_is_and_the_ports_are_told_where(tmp_path: Path) -> None:
+    """Two ports of 64 bits; the tables have the lines of each segment besides."""
+    engine = Engine(fp=32, lanes=4, banks=16, address_bits=ADDRESS_BITS)
+    source = c_source(SMALL, SINGLE, engine=engine, form="compressed", name="small", stream=2)
+    control = resident_program()
+    core = pl_program(SMALL, SINGLE, engine, None, control.streams).core
+    image = _core.program_image(core, "compressed", stream=2)
+    lines = [int(line, 16) for line in image.microcode]
+    method = Method.from_core(_core, resident=True)
+    board = Board(
+        library(tmp_path, beside=source.replace('#include "orbsoc.h"', "")), ProgrammableLogic(method, lambda _: 0), binary64=False, code_width=128, address_bits=ADDRESS_BITS, code_bits=14,
+        identity=image.identity, stream=2,
+    )  # fmt: skip
+    assert board.open() == OK
+    small = CImage.in_dll(board.library, "small")
+    assert board.call("load", ctypes.c_void_p(ctypes.addressof(small))) == OK
+    assert board.words(Region.MICROCODE) == {}
+    base = ctypes.cast(small.microcode, ctypes.c_void_p).value
+    assert base is not None
+    assert base % STREAM_ALIGN == 0
+    apart = -(-8 * len(lines) // STREAM_ALIGN) * STREAM_ALIGN
+    assert board.bases == {
+        Wrapper.STREAM_BASE: base & WORD_MASK,
+        Wrapper.STREAM_BASE + 4: base + apart & WORD_MASK,
+    }
+    for port in (0, 1):
+        words = small.microcode[port * apart // 4 : port * apart // 4 + 2 * len(lines)]
+        assert words == [line >> 64 * port + low & WORD_MASK for line in lines for low in (0, 32)]
+    tables = dict(board.tables)
+    counts = {}
+    for segment in method.numbered(control).values():
+        row = TABLE + TABLE_ENTRY * segment.number
+        if segment.stage in image.entries:
+            counts[tables[row + Entry.START]] = tables[row + Entry.LINES]
+    assert sum(counts.values()) == len(lines)
+    assert set(counts) == {0} | {start + count for start, count in counts.items()} - {len(lines)}
 
 
 def test_without_resident_control_there_is_no_control_program() -> None:

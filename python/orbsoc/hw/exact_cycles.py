@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING
 
+from hw_model.errors import HwModelError
 from hw_model.timing.control_program import members
 from hw_model.timing.schedules import Engine, Schedule, engine_of, scheduled
-from hw_model.timing.stage_cycles import Microcode, StageCycles
+from hw_model.timing.stage_cycles import Memory, Microcode, StageCycles
 from hw_model.timing.unit_schedules import UnitSchedule, UnitSchedules
+from orbsoc import _core
 from orbsoc.conic.settings import Settings
 
 from .schedules import MODEL_MICROCODE_WORDS, EngineError, Streams, pl_program
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
     """An engine, and problems that every segment of its program works on."""
     _Made = tuple[Mapping[str, Segment], int] | EngineError
     """Segments of a program and the words of storage that it needs, or why there is none."""
+    _Demands = Mapping[str, Callable[[Memory], int]]
+    """Of each segment the cycles with its lines from memory."""
 
 
 def exact_cycles(
@@ -46,6 +51,7 @@ def exact_cycles(
     awaited = {_shape(engine, address_bits) for engine in expected}
     begun: set[Streams] = set()
     made: dict[tuple[int, _Shape, Streams], _Made] = {}
+    demands: dict[tuple[int, _Shape, Streams], _Demands] = {}
 
     def source(pattern: int, stage: str, engine: Engine) -> Schedule:
         shape, streams = _shape(engine, address_bits), _streams(engine)
@@ -58,12 +64,16 @@ def exact_cycles(
             raise program
         segments, words = program
         found = segments["_".join(members(stage))]
-        causes, bits = found.causes, found.flat_bits
+        causes, bits, streamed = found.causes, found.flat_bits, None
         if engine.compressed:
             causes, bits = found.compressed_causes, found.compressed_bits
-        return Schedule(
-            causes, found.lower_bound, found.bottleneck, Microcode(found.words, found.flat_bits, bits), words
-        )
+        if engine.streamed:
+            if (pattern, shape, streams) not in demands:
+                chosen = shaping(settings, pattern)
+                demands[pattern, shape, streams] = _demands(problems[pattern], chosen, shape, streams)
+            streamed = demands[pattern, shape, streams][found.stage]
+        code = Microcode(found.words, found.flat_bits, bits, streamed)
+        return Schedule(causes, found.lower_bound, found.bottleneck, code, words)
 
     return scheduled(source)
 
@@ -131,6 +141,28 @@ def _segments(problem: Problem, settings: Settings, shape: _Shape, streams: Stre
         return program.segments, program.core.least_storage_words
     except EngineError as error:
         return error
+
+
+def _demands(problem: Problem, settings: Settings, shape: _Shape, streams: Streams) -> _Demands:
+    """Of the program that was scheduled last, which is kept."""
+    parameters, copies = shape
+    program = pl_program(problem, settings, parameters, None, streams, copies)
+    return {name: _streamed(program.core.demand(name)) for name in program.segments}
+
+
+def _streamed(demand: _core.SegmentDemand) -> Callable[[Memory], int]:
+    """Its cycles, made once for each memory. Raises HwModelError for ports that its lines cannot be divided among."""
+
+    @cache
+    def cycles(memory: Memory) -> int:
+        try:
+            return demand.cycles(**memory._asdict())
+        except _core.HardwareError as error:
+            raise HwModelError(
+                f"`pl.stream_ports` = {memory.ports} of {memory.beat_bits} bits: {error}"
+            ) from error
+
+    return cycles
 
 
 def _streams(engine: Engine) -> Streams:

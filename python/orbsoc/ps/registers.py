@@ -73,6 +73,8 @@ class Fault(enum.IntEnum):
     """Raised by the wrapper of the engine, not by its register file."""
     PARITY = 10
     """Raised by an engine with parity where a word of storage or a line of microcode that it reads has a bit turned over."""
+    STREAM_ERROR = 11
+    """Raised by the wrapper of an engine with streamed microcode where memory answers a read of it with an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +112,8 @@ STATUS_FIELDS: Mapping[str, Field] = {
 
 SEGMENTS, BUFFERS, INSTRUCTIONS, TEMPLATES = 64, 64, 128, 64
 """Rows of the table of segments, flags of a mask, instructions of the control program, templates of compressed microcode."""
+STREAM_ALIGN = 256
+"""Bytes at whose multiples a port's parts of lines begin: the longest burst."""
 TABLE, TABLE_ENTRY = 0x1000, 64
 """First byte address of the table of segments, and bytes from entry to entry."""
 PROGRAM, PROGRAM_ENTRY = 0x2000, 8
@@ -125,6 +129,8 @@ class Entry(enum.IntEnum):
     READS = 8
     WRITES = 16
     STALES = 24
+    LINES = 32
+    """How many lines of microcode it has: of streamed microcode alone."""
 
 
 class Op(enum.IntEnum):
@@ -165,6 +171,9 @@ class Wrapper(enum.IntEnum):
     """Clocks that a launch may be busy; one that is busy for more is stopped with CYCLE_LIMIT. 0: as long as it likes."""
     SPENT = 0x301C
     """Clocks for which STATUS has said BUSY of the launch that runs, or ran last."""
+    STREAM_BASE = 0x3020
+    """Of streamed microcode: where in memory the first port's parts of the lines lie. The other ports' follow, a word each; written
+    alone."""
 
 
 ENGINE_FIELDS: Mapping[str, Field] = {
@@ -172,6 +181,7 @@ ENGINE_FIELDS: Mapping[str, Field] = {
     "binary64": Field(7, 1),
     "dividers": Field(8, 8),
     "sequencer": Field(16, 2),
+    "stream": Field(18, 3),
     "resident": Field(24, 1),
     "parity": Field(25, 1),
 }
@@ -290,6 +300,10 @@ class Parity(ProtocolError):
     """The PL read a word of storage or a line of microcode with a bit turned over, and stopped."""
 
 
+class StreamError(ProtocolError):
+    """Memory answered a read of streamed microcode with an error, and the launch was stopped."""
+
+
 class LostInterrupt(ProtocolError):
     """The segment finished, but its interrupt did not arrive within the polling budget."""
 
@@ -313,4 +327,5 @@ ERROR_OF_FAULT: dict[Fault, type[ProtocolError]] = {
     Fault.INVALID_ACCESS: InvalidAccess,
     Fault.CYCLE_LIMIT: CycleLimit,
     Fault.PARITY: Parity,
+    Fault.STREAM_ERROR: StreamError,
 }

@@ -12,7 +12,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.program import ControlProgram
-from orbsoc.ps.registers import WORD_BITS, WORD_MASK, Module
+from orbsoc.ps.registers import STREAM_ALIGN, WORD_BITS, WORD_MASK, Module
 from orbsoc.ps.segments import Method, Segment
 
 from .digest import program_digest
@@ -32,21 +32,23 @@ def c_source(
     resident: bool = True,
     name: str = "image",
     modules: Collection[str] | None = None,
+    stream: int = 0,
 ) -> str:
     """Microcode, templates, literals, segments and control program of a problem's pattern as an `orbsoc_pl_image`.
 
     Beside `name` there are `name_buffers`, an `orbsoc_pl_buffer` for each buffer in the order of its flag, with an enumerator each,
     and under resident control `name_cold` and `name_warm`. `modules`: those on the PL, where it has not all; the program is
-    of their stages alone, and under the PS's control. Raises EngineError as `pl_program` does.
+    of their stages alone, and under the PS's control. `stream`: for an engine that streams compressed microcode by so many ports,
+    whose parts of the lines lie one behind the other. Raises EngineError as `pl_program` does.
     """
     control, streams = control_of(modules, resident=resident)
     program = pl_program(problem, settings, engine, None, streams)
-    image = _core.program_image(program.core, form)
+    image = _core.program_image(program.core, form, stream=stream)
     method = placed(modules, resident=resident)
     width = _code_width(program.engine, form)
     lines = [list(_pieces(int(line, 16), width)) for line in image.microcode]
     templates = [int(word, 16) for word in image.templates]
-    pieces = [piece for line in lines for piece in line]
+    pieces = _parts(lines, stream) if stream else [piece for line in lines for piece in line]
     addresses, literals = image.literals
     order = addresses.argsort()  # the map that they come from has none
     addresses, literals = addresses[order], literals[order]
@@ -54,7 +56,7 @@ def c_source(
     numbered = sorted(_segments(method, control), key=lambda each: each.number)
     parts = [
         '#include "orbsoc.h"\n',
-        _array("uint32_t", f"{name}_microcode", pieces),
+        "_Alignas(ORBSOC_STREAM_ALIGN) " * bool(stream) + _array("uint32_t", f"{name}_microcode", pieces),
         _array("uint32_t", f"{name}_templates", templates),
         _array("uint32_t", f"{name}_literal_addresses", addresses.tolist()),
         _array("uint64_t", f"{name}_literals", literals.tolist()),
@@ -65,7 +67,7 @@ def c_source(
         f"  {name}_microcode, {len(image.microcode)}u, {name}_templates, {len(image.templates)}u,\n"
         f"  {name}_literal_addresses, {name}_literals, {len(literals)}u,\n"
         f"  {name}_segments, {len(numbered)}u, {name}_instructions, {len(instructions)}u,\n"
-        f"  {_number(image.identity)}, {_number(program_digest(templates, lines))},\n}};\n",
+        f"  {_number(image.identity)}, {_number(program_digest(templates, [] if stream else lines))},\n}};\n",
         *(_attempts(name, method, control) if control else ()),
         *_buffers(name, method, image),
     ]
@@ -108,6 +110,16 @@ def _code_width(engine: Engine, form: Format) -> int:
 def _pieces(line: int, width: int) -> Iterator[int]:
     for low in range(0, width, WORD_BITS):
         yield line >> low & WORD_MASK
+
+
+def _parts(lines: list[list[int]], ports: int) -> list[int]:
+    """The words of each port's parts of all lines, from a multiple of STREAM_ALIGN bytes on."""
+    words, whole = len(lines[0]) // ports, STREAM_ALIGN // 4
+    parts = list[int]()
+    for port in range(ports):
+        parts += [0] * (-len(parts) % whole)
+        parts += [word for line in lines for word in line[port * words : (port + 1) * words]]
+    return parts
 
 
 def _segments(method: Method, control: ControlProgram | None) -> Iterable[Segment]:

@@ -4,8 +4,8 @@ use crate::convert::{problem, refuse, settings};
 use numpy::{IntoPyArray, PyArray1};
 use orbsoc::{Buffer, Compiled, Module, Problem, Settings, Stage};
 use orbsoc_hw::{
-    interleaved, snapshots, validation_case, Causes, Code, Compressed, Configuration, Format, Gaps, Layout,
-    Precision, Program, Segment, Timing,
+    interleaved, snapshots, validation_case, Causes, Code, Compressed, Configuration, Demand, Format, Gaps,
+    Layout, Precision, Program, Segment, Streaming, Timing,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -166,6 +166,13 @@ impl HardwareProgram {
         ))
     }
 
+    /// What a segment's compressed microcode asks of the memory that it is streamed from.
+    fn demand(&self, stage: &str) -> PyResult<SegmentDemand> {
+        let number = self.compact.segments.iter().position(|segment| segment.name() == stage);
+        let number = number.ok_or_else(|| PyKeyError::new_err(format!("no segment named {stage:?}")))?;
+        Ok(SegmentDemand(self.compressed.demand(number)))
+    }
+
     /// Names of the engine's operations.
     #[staticmethod]
     fn operation_names() -> Vec<&'static str> {
@@ -213,6 +220,29 @@ impl HardwareProgram {
             Precision::F64 => self.written::<f64>(program, &others, module, format),
             Precision::F32 => self.written::<f32>(program, &others, module, format),
         })
+    }
+}
+
+/// The items of a segment's compressed microcode.
+#[pyclass(module = "orbsoc._core", frozen)]
+pub struct SegmentDemand(Demand);
+
+#[pymethods]
+impl SegmentDemand {
+    /// Busy cycles where the lines come from memory, by so many ports with beats of so many bits; a burst comes `latency` cycles
+    /// after its address, and `beats` beats in `per` cycles.
+    #[pyo3(signature = (*, ports, beat_bits, latency, beats, per))]
+    fn cycles(
+        &self,
+        py: Python<'_>,
+        ports: usize,
+        beat_bits: usize,
+        latency: u32,
+        beats: u32,
+        per: u32,
+    ) -> PyResult<u32> {
+        let memory = Streaming { ports, beat_bits, latency, beats, per };
+        py.detach(|| self.0.cycles(memory)).map_err(unfit)
     }
 }
 

@@ -26,7 +26,7 @@ pub struct ProgramImage {
     /// Of the engine that it was made for.
     #[pyo3(get)]
     identity: u32,
-    engine: (Configuration, bool),
+    engine: (Configuration, u32),
 }
 
 #[pymethods]
@@ -39,16 +39,18 @@ impl ProgramImage {
 
 /// What is loaded into microcode memory and storage before the first segment, and the addresses of the buffers.
 #[pyfunction]
-#[pyo3(signature = (program, format, *, seed=1, level=0))]
+/// `stream`: ports of streamed microcode, compressed; 0: it is loaded.
+#[pyo3(signature = (program, format, *, seed=1, level=0, stream=0))]
 pub fn program_image(
     py: Python<'_>,
     program: &HardwareProgram,
     format: &str,
     seed: u32,
     level: u32,
+    stream: u32,
 ) -> PyResult<ProgramImage> {
     let (format, program) = program.in_format(format, Gaps { seed, level })?;
-    let engine = (program.configuration, matches!(format, Format::Compressed));
+    let engine = (program.configuration, u32::from(matches!(format, Format::Compressed)) + 2 * stream);
     let image = py.detach(|| Image::new(program, format));
     let mut homes: BTreeMap<&'static str, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
     for (buffer, index, address) in program.layout.locations() {

@@ -27,7 +27,7 @@ mod _core {
     #[pymodule_export]
     use super::exact_engine::ExactEngine;
     #[pymodule_export]
-    use super::hardware::{HardwareError, HardwareProgram};
+    use super::hardware::{HardwareError, HardwareProgram, SegmentDemand};
     #[pymodule_export]
     use super::image::{program_image, ProgramImage};
     #[pymodule_export]

@@ -11,26 +11,31 @@ const PRIME: u32 = 16_777_619;
 impl Configuration {
     /// The RTL's own number of this engine (`axi_contract::identity`): FNV-1a over whole words. Two engines that differ in one
     /// of them never have the same. The latencies are the RTL's, also where a test schedules for wrong ones.
-    pub fn identity(&self, compressed: bool) -> u32 {
+    /// `format`: 0 flat microcode, 1 compressed, and with streamed microcode twice the number of its ports more.
+    pub fn identity(&self, format: u32) -> u32 {
         let timing = Timing::of(self.precision);
         let shape = [self.lanes, self.dividers, self.banks, self.clusters].map(|count| count as u32);
         let words = [VERSION, self.precision.bits()]
             .into_iter()
             .chain(shape)
-            .chain([self.address_bits, u32::from(compressed)])
+            .chain([self.address_bits, format])
             .chain(timing.contract());
         words.fold(BASIS, |hash, word| (hash ^ word).wrapping_mul(PRIME))
     }
 
     /// # Errors
     /// [`Error::OtherEngine`] unless an engine has the identity of this one.
-    pub fn require_identity(&self, compressed: bool, there: u32) -> Result<(), Error> {
-        let expected = self.identity(compressed);
+    pub fn require_identity(&self, format: u32, there: u32) -> Result<(), Error> {
+        let expected = self.identity(format);
         if there == expected {
             return Ok(());
         }
         let precision = if self.precision == Precision::F64 { "binary64" } else { "binary32" };
-        let format = if compressed { "compressed" } else { "flat" };
+        let format = match format {
+            0 => "flat".to_owned(),
+            1 => "compressed".to_owned(),
+            more => format!("compressed and by {} ports streamed", more / 2),
+        };
         let engine = format!(
             "{precision}, {} lanes, {} dividers, {} banks in {} clusters, 2^{} words, {format} microcode",
             self.lanes, self.dividers, self.banks, self.clusters, self.address_bits
@@ -55,20 +60,20 @@ mod tests {
             Configuration { address_bits: 14, ..base },
             Configuration { precision: Precision::F32, ..base },
         ];
-        let found: Vec<(Configuration, bool, u32)> = others
+        let found: Vec<(Configuration, u32, u32)> = others
             .iter()
-            .flat_map(|one| [false, true].map(|compressed| (*one, compressed, one.identity(compressed))))
+            .flat_map(|one| [0, 1, 3, 5].map(|format| (*one, format, one.identity(format))))
             .collect();
-        for (k, (one, compressed, _)) in found.iter().enumerate() {
+        for (k, (one, format, _)) in found.iter().enumerate() {
             for (j, (_, _, identity)) in found.iter().enumerate() {
-                assert_eq!(one.require_identity(*compressed, *identity).is_ok(), k == j);
+                assert_eq!(one.require_identity(*format, *identity).is_ok(), k == j);
             }
         }
     }
 
     #[test]
     fn a_refusal_says_whose_the_program_is() {
-        let refused = Configuration::default().require_identity(false, 7).unwrap_err().to_string();
+        let refused = Configuration::default().require_identity(0, 7).unwrap_err().to_string();
         assert!(
             refused.contains("4 lanes, 1 dividers, 16 banks in 1 clusters, 2^15 words, flat"),
             "{refused}"

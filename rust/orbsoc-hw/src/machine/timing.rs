@@ -50,6 +50,11 @@ const ENGINE: &str = include_str!("../../../../rtl/engine.svh");
 const MOST_CYCLES: u32 = 50;
 const UNITS_MISREAD: &str = "add, mul, div, sqrt, div_interval, sqrt_interval or simple";
 
+/// A number of `rtl/engine.svh`.
+pub(crate) fn engine_parameter(name: &str) -> u32 {
+    parameter(ENGINE, name)
+}
+
 impl Timing {
     /// The RTL's own.
     pub fn of(precision: Precision) -> &'static Self {
@@ -60,7 +65,7 @@ impl Timing {
 
     fn read(prefix: &str) -> Self {
         let unit = |name: &str| parameter(UNITS, &format!("{prefix}_{name}_CYCLES"));
-        let engine = |name: &str| parameter(ENGINE, name);
+        let engine = engine_parameter;
         Self {
             add: unit("ADD"),
             mul: unit("MUL"),

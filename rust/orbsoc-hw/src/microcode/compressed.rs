@@ -3,6 +3,7 @@
 
 use super::encoder::{chunks, encode, Index, Item, EMPTY, LAST, RUN_BITS, SAME, SAME_BITS};
 use super::flat::Microcode;
+use super::streamed::{Lines, OnChip, Port, Streaming};
 use super::template::{choose, Candidates, Format, LaneState, Mode, Template};
 use crate::error::Error;
 use crate::machine::configuration::Configuration;
@@ -21,10 +22,13 @@ pub struct Compressed {
     pub segments: Vec<CompressedSegment>,
     /// Of each segment, the word that each cycle of a frozen datapath waits for, ascending.
     pub freezes: Vec<Vec<u32>>,
+    items: Vec<Vec<Item>>,
 }
 
 /// Lines that the decoder holds.
 const BUFFER_LINES: usize = 4;
+/// Busy cycles before the first line may go there; and from then on until a header is complete, at least.
+const LEAST_WAIT: usize = 2;
 
 /// One segment's lines and cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +45,27 @@ pub struct CompressedSegment {
     pub cycles: u32,
 }
 
+/// A segment's items, by which its cycles follow for any memory.
+#[derive(Clone, Debug)]
+pub struct Demand {
+    format: Format,
+    segment: CompressedSegment,
+    items: Vec<Item>,
+}
+
+impl Demand {
+    /// Cycles for which the engine is busy with it when its lines come from memory.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] for ports that the engine cannot have.
+    pub fn cycles(&self, memory: Streaming) -> Result<u32, Error> {
+        memory.validate(self.format.fetch())?;
+        let port = Port::new(memory, &self.format, self.segment.start, self.segment.lines);
+        let frozen = fetch_stalls(&self.items, &self.format, port).len() as u32;
+        Ok(self.segment.cycles - self.segment.frozen + frozen)
+    }
+}
+
 impl Compressed {
     /// Compress schedules of one engine.
     pub fn new(schedules: &[&Schedule], configuration: &Configuration) -> Self {
@@ -48,18 +73,24 @@ impl Compressed {
         let table = table(schedules, &format);
         let index = Index::new(&format, &table);
         let mut lines = Microcode::new(format.fetch(), 0);
-        let (mut segments, mut freezes) = (Vec::new(), Vec::new());
+        let (mut segments, mut freezes, mut kept) = (Vec::new(), Vec::new(), Vec::new());
         for schedule in schedules {
             let (stream, items) = encode(schedule, &index);
             let (start, count) = (lines.len(), stream.bits.div_ceil(format.fetch()));
-            let stalls = fetch_stalls(&items, &format);
+            let stalls = fetch_stalls(&items, &format, OnChip);
             let frozen = stalls.len() as u32;
             let cycles = schedule.cycles + configuration.timing().decode + frozen;
             segments.push(CompressedSegment { start, lines: count, bits: stream.bits, frozen, cycles });
             freezes.push(stalls);
+            kept.push(items);
             lines.append(&stream.lines(format.fetch()));
         }
-        Self { format, table, lines, segments, freezes }
+        Self { format, table, lines, segments, freezes, items: kept }
+    }
+
+    /// What a segment asks of the memory that its lines come from.
+    pub fn demand(&self, segment: usize) -> Demand {
+        Demand { format: self.format, segment: self.segments[segment], items: self.items[segment].clone() }
     }
 
     /// Cycles for which the engine is busy with a schedule that is compressed alone.
@@ -67,7 +98,7 @@ impl Compressed {
         let format = Format::new(configuration);
         let table = table(&[schedule], &format);
         let (_, items) = encode(schedule, &Index::new(&format, &table));
-        schedule.cycles + configuration.timing().decode + fetch_stalls(&items, &format).len() as u32
+        schedule.cycles + configuration.timing().decode + fetch_stalls(&items, &format, OnChip).len() as u32
     }
 
     /// Bits of microcode in use, without the table.
@@ -97,16 +128,17 @@ fn table(schedules: &[&Schedule], format: &Format) -> Vec<Template> {
 }
 
 /// For each cycle in which the next header and payload are not complete in the buffer: the word that waits.
-fn fetch_stalls(items: &[Item], format: &Format) -> Vec<u32> {
+fn fetch_stalls(items: &[Item], format: &Format, mut lines: impl Lines) -> Vec<u32> {
     let fetch = format.fetch();
     // Lines in the buffer, and those that were there a cycle ago, when the kind of the next header was read.
-    let (mut fetched, mut seen) = (2, 1);
+    let (mut fetched, mut seen) = (0, 0);
     let (mut at, mut rest, mut word, mut found) = (0, 0, 0, Vec::new());
     let mut chunks = chunks(items, format.headers_ahead).map(|(before, behind)| {
         let length = before.map_or(SAME_BITS, |item| item.header) + behind.map_or(0, |item| item.payload);
         (length, behind.map_or(0, |item| item.words))
     });
     let mut next = chunks.next();
+    (0..LEAST_WAIT).for_each(|_| lines.step(false));
     while rest > 0 || next.is_some() {
         // A line goes where no bit is left that was not taken before this cycle. Behind the last come the next segment's.
         let room = fetched - at / fetch < BUFFER_LINES;
@@ -123,9 +155,12 @@ fn fetch_stalls(items: &[Item], format: &Format) -> Vec<u32> {
             found.push(word);
         }
         seen = fetched;
-        fetched += usize::from(room);
+        let taken = room && lines.there();
+        fetched += usize::from(taken);
+        lines.step(taken);
     }
-    found
+    // The first lines go to the buffer in cycles that `DECODE_CYCLES` has already.
+    found.split_off(LEAST_WAIT)
 }
 
 /// Decode a segment, as the RTL's decoder does.

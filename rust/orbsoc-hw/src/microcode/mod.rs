@@ -4,4 +4,5 @@ pub(crate) mod compact;
 pub(crate) mod compressed;
 pub(crate) mod encoder;
 pub(crate) mod flat;
+pub(crate) mod streamed;
 pub(crate) mod template;

@@ -1,0 +1,203 @@
+"""Streamed microcode: whole solves whose lines come from memory, cycle for cycle as the model has them, and what goes wrong there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import orbsoc.rtl.solve as rtl_solve
+from orbsoc import _core
+from orbsoc.conic.settings import Settings
+from orbsoc.hw.emulation import resident_program
+from orbsoc.hw.schedules import Engine, pl_program
+from orbsoc.ps.program import ControlProgram
+from orbsoc.ps.registers import ENGINE_FIELDS, Fault, Region, Register, Status, Wrapper
+from orbsoc.ps.segments import Method
+from orbsoc.rtl.digest import program_digest
+from orbsoc.rtl.solve import SolveOutcome, solve_on_rtl
+from orbsoc.rtl.solve_cases import SINGLE, TIGHT
+from orbsoc.rtl.validation import ADDRESS_BITS, problems
+from tests.rtl.axi_session import AxiSession, CDriver, InterruptedCDriver, built_behind_axi
+from tests.rtl.c_driver import OK, WRONG_ENGINE
+from tests.rtl.engine_sources import RTL
+from tests.rtl.verilator import require_verilator
+
+PROBLEM = problems()["6 variables, cones 3"]
+STREAMS = resident_program().streams
+
+
+class Shape(NamedTuple):
+    """An engine, its ports, and the settings of its solves."""
+
+    engine: Engine
+    ports: int
+    beat: int
+    settings: Settings
+
+
+class Memory(NamedTuple):
+    """Cycles from an address to the first beat; beats in so many cycles."""
+
+    latency: int
+    beats: int
+    per: int
+
+
+SHAPES = {
+    "2 lanes f32, 1 port": Shape(Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS), 1, 64, SINGLE),
+    "4 lanes f32, 1 port": Shape(Engine(fp=32, lanes=4, banks=16, address_bits=ADDRESS_BITS), 1, 64, SINGLE),
+    "4 lanes f64, 2 ports": Shape(Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS), 2, 64, TIGHT),
+    "16 lanes f64 in 8 clusters, 4 ports of 128 bits": Shape(
+        Engine(lanes=16, dividers=4, banks=32, clusters=8, address_bits=ADDRESS_BITS), 4, 128, TIGHT
+    ),
+}
+MEMORIES = {
+    "at once": Memory(1, 1, 1),
+    "after 60 cycles, three beats of four": Memory(60, 3, 4),
+    "after 25 cycles, a beat of five": Memory(25, 1, 5),
+}
+
+
+class StreamedSession(AxiSession):
+    """A session whose program lies in memory."""
+
+    shape: Shape
+    waits = "stream 1 1 1 0"
+
+    def load(self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None) -> None:
+        """The image of the engine that streams it has the same lines."""
+        self.ask(self.waits)
+        core = pl_program(PROBLEM, self.shape.settings, self.shape.engine, None, STREAMS).core
+        super().load(_core.program_image(core, "compressed", stream=self.shape.ports), method, program)
+
+    @staticmethod
+    def _digest(image: _core.ProgramImage) -> int:
+        return program_digest([int(word, 16) for word in image.templates], [])
+
+
+def harness(shape: Shape) -> Path:
+    require_verilator()
+    return built_behind_axi(RTL, shape.engine, "compressed", lines=1, stream=shape.ports, beat=shape.beat)
+
+
+def solved(
+    monkeypatch: pytest.MonkeyPatch, shape: Shape, waits: str, driver: type[CDriver] = CDriver
+) -> SolveOutcome:
+    """A whole solve under resident control, with lines as the memory gives them."""
+    require_verilator()
+    session = type("Session", (StreamedSession,), {"shape": shape, "waits": waits})
+    monkeypatch.setattr(rtl_solve, "built", partial(built_behind_axi, stream=shape.ports, beat=shape.beat))
+    monkeypatch.setattr(rtl_solve, "RtlSession", session)
+    monkeypatch.setattr(rtl_solve, "Driver", driver)
+    found = solve_on_rtl(
+        RTL, "small", PROBLEM, shape.settings, engine=shape.engine, form="compressed", resident=True
+    )
+    assert (found.status, found.different_words, found.assertions) == ("SOLVED", 0, 0)
+    assert found.same_stages
+    assert found.same_solution
+    assert found.words > 500
+    return found
+
+
+@pytest.mark.parametrize("memory", MEMORIES.values(), ids=MEMORIES)
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_a_solve_takes_the_modelled_cycles_and_has_the_hosts_bits(
+    shape: Shape, memory: Memory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = solved(monkeypatch, shape, f"stream {memory.latency} {memory.beats} {memory.per} 0")
+    core = pl_program(PROBLEM, shape.settings, shape.engine, None, STREAMS).core
+    stages = {each.stage for each in found.launches}
+    modelled = {
+        stage: core.demand(stage).cycles(ports=shape.ports, beat_bits=shape.beat, **memory._asdict())
+        for stage in stages
+    }
+    assert len(stages) > 5
+    assert {(each.stage, each.rtl_cycles) for each in found.launches} == set(modelled.items())
+    on_chip = {each.stage: each.model_cycles for each in found.launches}
+    assert all(cycles > on_chip[stage] for stage, cycles in modelled.items())
+
+
+def test_it_has_them_with_any_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Addresses and beats that wait by chance; the end of the attempt comes by interrupt."""
+    shape = SHAPES["4 lanes f32, 1 port"]
+    found = solved(monkeypatch, shape, "stream 7 1 1 12345", InterruptedCDriver)
+    assert all(each.rtl_cycles > each.model_cycles for each in found.launches)
+
+
+@pytest.fixture
+def session() -> Iterator[StreamedSession]:
+    shape = SHAPES["4 lanes f32, 1 port"]
+    opened = type("Session", (StreamedSession,), {"shape": shape})
+    with opened(harness(shape)) as session:
+        method, control = Method.from_core(_core, resident=True), resident_program()
+        core = pl_program(PROBLEM, shape.settings, shape.engine, None, STREAMS).core
+        session.reset()
+        session.load(_core.program_image(core, "compressed"), method, control)
+        yield session
+
+
+def status(session: StreamedSession) -> Status:
+    return Status.decode(session.read(Register.STATUS))
+
+
+def launch(session: StreamedSession) -> None:
+    """An attempt on whatever the storage holds: its first segment runs to its end."""
+    assert session.driver("publish 0") == OK
+    assert session.driver(f"attempt {resident_program().cold:x} 0 0") == OK
+
+
+def test_the_wrapper_says_how_many_ports_it_has_and_takes_no_microcode(session: StreamedSession) -> None:
+    engine = session.read(Wrapper.ENGINE)
+    assert (ENGINE_FIELDS["stream"].of(engine), ENGINE_FIELDS["sequencer"].of(engine)) == (1, 3)
+    assert session.ask(f"poke {Region.MICROCODE:x} 1") == "2"
+    own = int(session.ask("identity"), 16)
+    core = pl_program(PROBLEM, SINGLE, session.shape.engine, None, STREAMS).core
+    for ports in (0, 2, 4):
+        other = _core.program_image(core, "compressed", stream=ports)
+        assert other.identity != own
+        session.ask(f"image_identity {other.identity:x}")
+        assert session.driver("load") == WRONG_ENGINE
+
+
+def test_an_error_of_memory_is_a_fault_and_the_next_attempt_runs(session: StreamedSession) -> None:
+    session.ask("stream 5 1 1 0")
+    launch(session)
+    session.driver("interrupt 100000")
+    [first, *_] = session.segments()
+    for beat in (0, 1, 40):
+        session.reset()
+        assert session.driver("load") == OK
+        session.ask(f"stream_error {beat}")  # those before the reset have come
+        launch(session)
+        assert session.driver("interrupt 100000") == Fault.STREAM_ERROR
+        assert status(session).fault is Fault.STREAM_ERROR
+        session.segments()
+    session.ask("stream_error -1")
+    session.reset()
+    assert session.driver("load") == OK
+    launch(session)
+    session.driver("interrupt 100000")
+    assert session.segments()[0] == first
+
+
+@pytest.mark.parametrize("clocks", [3, 8, 30, 61, 70])
+def test_beats_under_way_at_a_reset_are_dropped(session: StreamedSession, clocks: int) -> None:
+    """Also addresses that were not taken yet: the next attempt's first segment takes its own lines, in its own time."""
+    session.ask("stream 60 1 2 0")
+    launch(session)
+    session.driver("interrupt 100000")
+    [first, *_] = session.segments()
+    session.reset()
+    assert session.driver("load") == OK
+    launch(session)
+    session.wait(clocks)
+    session.reset()
+    session.segments()
+    assert session.driver("load") == OK
+    launch(session)
+    session.driver("interrupt 100000")
+    assert session.segments()[0] == first
