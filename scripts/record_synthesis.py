@@ -65,7 +65,7 @@ HELD_OUT = [
 FORMATS = {"EXP=11 MAN=52": "f64", "EXP=8 MAN=23": "f32"}
 STREAMS = [
     ("axi_stream", f"PORTS={ports} FETCH={bits} BEAT={beat} CODE_BITS=17")
-    for ports, bits, beat in ((1, 128, 128), (2, 128, 64), (1, 128, 64), (4, 512, 128))
+    for ports, bits, beat in ((1, 128, 128), (2, 128, 64), (4, 512, 128))
 ]
 """What streams microcode: its ports and what they share."""
 UNITS = [

@@ -19,14 +19,15 @@ from orbsoc.ps.registers import ENGINE_FIELDS, Fault, Region, Register, Status, 
 from orbsoc.ps.segments import Method
 from orbsoc.rtl.digest import program_digest
 from orbsoc.rtl.solve import SolveOutcome, solve_on_rtl
-from orbsoc.rtl.solve_cases import SINGLE, TIGHT
+from orbsoc.rtl.solve_cases import SINGLE
 from orbsoc.rtl.validation import ADDRESS_BITS, problems
 from tests.rtl.axi_session import AxiSession, CDriver, InterruptedCDriver, built_behind_axi
 from tests.rtl.c_driver import OK, WRONG_ENGINE
 from tests.rtl.engine_sources import RTL
 from tests.rtl.verilator import require_verilator
 
-PROBLEM = problems()["6 variables, cones 3"]
+PROBLEM = problems()["12 variables, cones 4 6"]
+"""Some of its segments have more lines than a port holds."""
 STREAMS = resident_program().streams
 
 
@@ -49,10 +50,10 @@ class Memory(NamedTuple):
 
 SHAPES = {
     "2 lanes f32, 1 port": Shape(Engine(fp=32, lanes=2, banks=8, address_bits=ADDRESS_BITS), 1, 64, SINGLE),
-    "4 lanes f32, 1 port": Shape(Engine(fp=32, lanes=4, banks=16, address_bits=ADDRESS_BITS), 1, 64, SINGLE),
-    "4 lanes f64, 2 ports": Shape(Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS), 2, 64, TIGHT),
+    "4 lanes f32, 2 ports": Shape(Engine(fp=32, lanes=4, banks=16, address_bits=ADDRESS_BITS), 2, 64, SINGLE),
+    "4 lanes f64, 1 port": Shape(Engine(lanes=4, banks=16, address_bits=ADDRESS_BITS), 1, 64, Settings()),
     "16 lanes f64 in 8 clusters, 4 ports of 128 bits": Shape(
-        Engine(lanes=16, dividers=4, banks=32, clusters=8, address_bits=ADDRESS_BITS), 4, 128, TIGHT
+        Engine(lanes=16, dividers=4, banks=32, clusters=8, address_bits=ADDRESS_BITS), 4, 128, Settings()
     ),
 }
 MEMORIES = {
@@ -85,11 +86,15 @@ def harness(shape: Shape) -> Path:
 
 
 def solved(
-    monkeypatch: pytest.MonkeyPatch, shape: Shape, waits: str, driver: type[CDriver] = CDriver
+    monkeypatch: pytest.MonkeyPatch,
+    shape: Shape,
+    waits: str,
+    driver: type[CDriver] = CDriver,
+    session: type[StreamedSession] = StreamedSession,
 ) -> SolveOutcome:
     """A whole solve under resident control, with lines as the memory gives them."""
     require_verilator()
-    session = type("Session", (StreamedSession,), {"shape": shape, "waits": waits})
+    session = type("Session", (session,), {"shape": shape, "waits": waits})
     monkeypatch.setattr(rtl_solve, "built", partial(built_behind_axi, stream=shape.ports, beat=shape.beat))
     monkeypatch.setattr(rtl_solve, "RtlSession", session)
     monkeypatch.setattr(rtl_solve, "Driver", driver)
@@ -123,14 +128,38 @@ def test_a_solve_takes_the_modelled_cycles_and_has_the_hosts_bits(
 
 def test_it_has_them_with_any_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Addresses and beats that wait by chance; the end of the attempt comes by interrupt."""
-    shape = SHAPES["4 lanes f32, 1 port"]
+    shape = SHAPES["4 lanes f32, 2 ports"]
     found = solved(monkeypatch, shape, "stream 7 1 1 12345", InterruptedCDriver)
     assert all(each.rtl_cycles > each.model_cycles for each in found.launches)
 
 
+def test_beats_that_come_after_a_reset_and_a_launch_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An attempt is reset before the memory answers, and a solve begun: its first segment asks for its lines when the old ones have
+    come."""
+    shape, late = SHAPES["4 lanes f32, 2 ports"], 200_000
+
+    class Session(StreamedSession):
+        def load(
+            self, image: _core.ProgramImage, method: Method, program: ControlProgram | None = None
+        ) -> None:
+            super().load(image, method, program)
+            launch(self)
+            self.wait(100)
+            self.reset()
+            self.segments()
+            self.waits = "stream 7 1 1 0"
+            self.ask("image_next")
+            super().load(image, method, program)
+
+    found = solved(monkeypatch, shape, f"stream {late} 1 1 0", session=Session)
+    first, *others = found.launches
+    assert first.rtl_cycles > first.model_cycles + late // 2
+    assert all(each.rtl_cycles < each.model_cycles + late // 2 for each in others)
+
+
 @pytest.fixture
 def session() -> Iterator[StreamedSession]:
-    shape = SHAPES["4 lanes f32, 1 port"]
+    shape = SHAPES["4 lanes f32, 2 ports"]
     opened = type("Session", (StreamedSession,), {"shape": shape})
     with opened(harness(shape)) as session:
         method, control = Method.from_core(_core, resident=True), resident_program()
@@ -152,11 +181,11 @@ def launch(session: StreamedSession) -> None:
 
 def test_the_wrapper_says_how_many_ports_it_has_and_takes_no_microcode(session: StreamedSession) -> None:
     engine = session.read(Wrapper.ENGINE)
-    assert (ENGINE_FIELDS["stream"].of(engine), ENGINE_FIELDS["sequencer"].of(engine)) == (1, 3)
+    assert (ENGINE_FIELDS["stream"].of(engine), ENGINE_FIELDS["sequencer"].of(engine)) == (2, 3)
     assert session.ask(f"poke {Region.MICROCODE:x} 1") == "2"
     own = int(session.ask("identity"), 16)
     core = pl_program(PROBLEM, SINGLE, session.shape.engine, None, STREAMS).core
-    for ports in (0, 2, 4):
+    for ports in (0, 1, 4):
         other = _core.program_image(core, "compressed", stream=ports)
         assert other.identity != own
         session.ask(f"image_identity {other.identity:x}")

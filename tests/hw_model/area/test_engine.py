@@ -9,6 +9,7 @@ import pytest
 
 from hw_model.area.engine import (
     SIGNIFICAND_BITS,
+    STREAM_ROWS,
     Shape,
     decoder_flip_flops,
     decoder_luts,
@@ -126,6 +127,18 @@ def test_the_trees_are_about_as_large_as_those_of_a_replica(banks: int) -> None:
 
     # A replica by itself has one word more to join, without an enable: an input more of a tree whose tables take five each.
     assert (luts(32) - luts(16)) / (2 * 16) == pytest.approx(FABRIC.or_luts(banks) + 1 / 5, rel=0.3)
+
+
+def test_what_streams_microcode_takes_what_synthesis_found() -> None:
+    rows = [row for row in recorded() if row.module == "axi_stream"]
+    assert [row.parameters["PORTS"] for row in rows] == [1, 2, 4]
+    for row in rows:
+        ports, bits = row.parameters["PORTS"], row.parameters["FETCH"]
+        luts = ports * AREA.lut_stream.value + FABRIC.stream["lut"]
+        flops = ports * AREA.ff_stream.value + FABRIC.stream["ff"]
+        assert luts == pytest.approx(row.lut, rel=0.01)
+        assert flops == pytest.approx(row.ff, rel=0.01)
+        assert ports * FABRIC.bram36(STREAM_ROWS, bits // ports) == row.bram36
 
 
 @pytest.mark.parametrize("lanes", [2, 4])
