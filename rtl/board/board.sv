@@ -149,6 +149,12 @@ module board #(
       .rready(rready),
       .rresp(rresp)
   );
+  // No streamed microcode.
+  logic no_arvalid, no_rready;
+  logic [31:0] no_araddr;
+  logic [7:0] no_arlen;
+  logic [2:0] no_arsize;
+  logic [1:0] no_arburst;
   axi_engine #(
       .FP(FP),
       .LANES(LANES),
@@ -209,14 +215,14 @@ module board #(
       .s_axi_rdata(memories_answer),
       .s_axi_rresp(rresp),
       .s_axi_rlast(rlast),
-      .m_axi_arvalid(),
+      .m_axi_arvalid(no_arvalid),
       .m_axi_arready('0),
-      .m_axi_araddr(),
-      .m_axi_arlen(),
-      .m_axi_arsize(),
-      .m_axi_arburst(),
+      .m_axi_araddr(no_araddr),
+      .m_axi_arlen(no_arlen),
+      .m_axi_arsize(no_arsize),
+      .m_axi_arburst(no_arburst),
       .m_axi_rvalid('0),
-      .m_axi_rready(),
+      .m_axi_rready(no_rready),
       .m_axi_rdata('0),
       .m_axi_rresp('0),
       .m_axi_rlast('0)

@@ -34,6 +34,7 @@ ROWS = [
     *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
     ("ecp5_85_8", *WIDEST, 1),
     ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
+    ("ecp5_85_8", "axi_stream", "PORTS=2 FETCH=128 BEAT=64 CODE_BITS=17", 1),
     *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
     *(("lifcl_40_9", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 6)),
     ("lifcl_40_9", *ENGINES[1], 1),
@@ -61,6 +62,7 @@ MADE_OF = {
     "fp_add": (*_SHARED, _ADD),
     "fp_mul": (*_SHARED, *_MULTIPLY),
     "fp_divsqrt": (*_SHARED, "fpu/fp_divsqrt.sv"),
+    "axi_stream": ("axi/axi_stream*.sv",),
     "sequencer_compressed": (
         "engine/sequencer_compressed.sv", "engine/compressed_*.sv", "engine/window.sv", "engine/operations.svh",
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -15,7 +16,7 @@ from orbsoc.conic.settings import Settings
 from orbsoc.hw.emulation import resident_program
 from orbsoc.hw.schedules import Engine, pl_program
 from orbsoc.ps.program import ControlProgram
-from orbsoc.ps.registers import ENGINE_FIELDS, Fault, Region, Register, Status, Wrapper
+from orbsoc.ps.registers import ENGINE_FIELDS, Fault, Module, Region, Register, Status, Wrapper
 from orbsoc.ps.segments import Method
 from orbsoc.rtl.digest import program_digest
 from orbsoc.rtl.solve import SolveOutcome, solve_on_rtl
@@ -23,7 +24,9 @@ from orbsoc.rtl.solve_cases import SINGLE
 from orbsoc.rtl.validation import ADDRESS_BITS, problems
 from tests.rtl.axi_session import AxiSession, CDriver, InterruptedCDriver, built_behind_axi
 from tests.rtl.c_driver import OK, WRONG_ENGINE
+from tests.rtl.compressed import Compressor
 from tests.rtl.engine_sources import RTL
+from tests.rtl.machine import Machine, busy_cycles, random_program, schedule
 from tests.rtl.verilator import require_verilator
 
 PROBLEM = problems()["12 variables, cones 4 6"]
@@ -155,6 +158,46 @@ def test_beats_that_come_after_a_reset_and_a_launch_are_dropped(monkeypatch: pyt
     first, *others = found.launches
     assert first.rtl_cycles > first.model_cycles + late // 2
     assert all(each.rtl_cycles < each.model_cycles + late // 2 for each in others)
+
+
+class Measured(Compressor):
+    """It also says how long the stream was."""
+
+    bits = 0
+
+    def _frozen(self, lengths: list[int], runs: list[int]) -> int:
+        self.bits = sum(lengths)
+        return super()._frozen(lengths, runs)
+
+
+def test_a_stream_that_ends_with_its_last_line_needs_no_other() -> None:
+    """The decoder looks for the kind and mask of a header that is shorter: behind the last line it gets anything."""
+    shape = SHAPES["4 lanes f32, 2 ports"]
+    machine = Machine(fp=32, lanes=4, banks=16, address_bits=ADDRESS_BITS)
+    for seed in range(1000):
+        ops, _ = random_program(machine, 6, seed)
+        slots = schedule(machine, ops)
+        words = max(slot.time for slot in slots) + 3  # without payload at its end
+        compressor = Measured(machine, random.Random(1))
+        lines, frozen = compressor.segment(slots, words)
+        if -compressor.bits % compressor.line_bits < 2 + machine.lanes - 2:
+            break
+    opened = type("Session", (StreamedSession,), {"shape": shape})
+    with opened(harness(shape)) as session:
+        session.reset()
+        session.ask("stream 9 1 1 0")
+        session.ask_all(f"image_template {template:x}" for template in compressor.templates)
+        session.ask_all(f"image_line {line:x}" for line in lines)
+        for module in (Module.PS, Module.MATRIX_UPDATE):
+            session.ask(f"image_segment {module:x} 0 0 0 0")
+        digest = program_digest(compressor.templates, [])
+        session.ask_all([f"image_identity {session.ask('identity')}", f"image_digest {digest:x}"])
+        assert session.driver("load") == OK
+        assert session.driver("publish 0") == OK
+        assert session.driver("launch 1") == OK
+        assert session.driver("interrupt 10000") == OK
+        cycles = busy_cycles(machine, slots, words) + machine.numbers["DECODE_CYCLES"] + frozen
+        assert session.segments() == [(1, cycles + 9 + 2)]
 
 
 @pytest.fixture
