@@ -22,7 +22,6 @@ from hw_model.timing.stream import is_streamed
 
 from .engine import (
     SIGNIFICAND_BITS,
-    STREAM_ROWS,
     Shape,
     decoder_flip_flops,
     decoder_luts,
@@ -33,6 +32,7 @@ from .engine import (
     require_buildable,
     storage_bram36,
     storage_in_uram,
+    stream_area,
 )
 from .fabric import KINDS, Kind, multiplier_dsp, uram
 
@@ -176,12 +176,10 @@ def _used(
     used: Counter[Kind] = Counter()
     coded = stored = 0.0
     streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
-    readers = pl.stream_ports.value if streamed else 0
     if pl.microcode_memory.value == "ultra_ram":
         used["uram"] += uram(lines, wide)
     else:
         coded = fabric.bram36(lines, wide) if lines else 0.0
-        coded += readers * fabric.bram36(STREAM_ROWS, -(-wide // max(1, readers)))
     if pl.storage_memory.value == "ultra_ram":
         blocks, stored, chosen = storage_in_uram(shape, fabric, rows)
         used["uram"] += blocks
@@ -191,9 +189,11 @@ def _used(
     used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
     used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
     used["ff"] += decoder_flip_flops(shape, area) if packed else 0
-    if readers:
-        used["lut"] += readers * area.lut_stream.value + fabric.stream["lut"]
-        used["ff"] += readers * area.ff_stream.value + fabric.stream["ff"]
+    if streamed:
+        reading = stream_area(pl.stream_ports.value, wide, area)
+        used["lut"] += int(reading["lut"])
+        used["ff"] += int(reading["ff"])
+        coded += reading["bram36"]
     used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
     used["bram36"] = math.ceil(stored + coded)
     if partition.control == "pl":

@@ -235,6 +235,16 @@ def parity_area(shape: Shape, fabric: Fabric, code_bits: int) -> dict[Kind, floa
     }
 
 
+def stream_area(ports: int, line: int, area: Area) -> dict[Kind, float]:
+    """What reads streamed microcode with lines of `line` bits by so many ports, a part of each line by each."""
+    fabric = fabric_of(area)
+    return {
+        "lut": ports * area.lut_stream.value + fabric.stream["lut"],
+        "ff": ports * area.ff_stream.value + fabric.stream["ff"] + fabric.stream_line_ff * line,
+        "bram36": ports * fabric.bram36(STREAM_ROWS, -(-line // ports)),
+    }
+
+
 def engine_area(
     shape: Shape, area: Area, code_bits: int, *, resident: bool = False, parity: bool = False
 ) -> dict[Kind, float]:

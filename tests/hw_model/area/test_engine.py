@@ -9,7 +9,6 @@ import pytest
 
 from hw_model.area.engine import (
     SIGNIFICAND_BITS,
-    STREAM_ROWS,
     Shape,
     decoder_flip_flops,
     decoder_luts,
@@ -17,6 +16,7 @@ from hw_model.area.engine import (
     fabric_of,
     line_bits,
     parity_area,
+    stream_area,
 )
 from hw_model.area.fabric import multiplier_dsp
 from hw_model.area.synthesis import Synthesis, has_parity, is_resident, recorded, shape_of
@@ -134,11 +134,10 @@ def test_what_streams_microcode_takes_what_synthesis_found() -> None:
     assert [row.parameters["PORTS"] for row in rows] == [1, 2, 4]
     for row in rows:
         ports, bits = row.parameters["PORTS"], row.parameters["FETCH"]
-        luts = ports * AREA.lut_stream.value + FABRIC.stream["lut"]
-        flops = ports * AREA.ff_stream.value + FABRIC.stream["ff"]
-        assert luts == pytest.approx(row.lut, rel=0.01)
-        assert flops == pytest.approx(row.ff, rel=0.01)
-        assert ports * FABRIC.bram36(STREAM_ROWS, bits // ports) == row.bram36
+        said = stream_area(ports, bits, AREA)
+        assert said["lut"] == pytest.approx(row.lut, rel=0.01)
+        assert said["ff"] == pytest.approx(row.ff, rel=0.01)
+        assert said["bram36"] == row.bram36
 
 
 @pytest.mark.parametrize("lanes", [2, 4])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hw_model.area.engine import decoder_luts, engine_area, fabric_of, line_bits
+from hw_model.area.engine import decoder_luts, engine_area, fabric_of, line_bits, stream_area
 from hw_model.area.fabric import multiplier_dsp
 from hw_model.area.synthesis import Synthesis, is_resident, recorded, shape_of
 from hw_model.platform.platform import load_platform
@@ -84,6 +84,16 @@ def test_a_decoder_takes_what_synthesis_found(lanes: int) -> None:
     )  # the decoder on record has the longer lines with two lanes, too
     luts = decoder_luts(shape, AREA) + more * AREA.lut_decoder_per_line_bit.value
     assert abs(luts / row.lut - 1) <= LUT_ERROR
+
+
+def test_what_streams_microcode_takes_what_synthesis_found() -> None:
+    rows = [row for row in ROWS if row.module == "axi_stream"]
+    assert [row.parameters["PORTS"] for row in rows] == [1, 2, 4]
+    for row in rows:
+        said = stream_area(row.parameters["PORTS"], row.parameters["FETCH"], AREA)
+        assert said["lut"] == pytest.approx(row.lut, rel=0.05)
+        assert said["ff"] == pytest.approx(row.ff, rel=0.01)
+        assert said["bram36"] == pytest.approx(row.bram36)
 
 
 def test_the_device_has_what_the_open_database_lists() -> None:
