@@ -191,8 +191,8 @@ def _used(
     used["ff"] += decoder_flip_flops(shape, area) if packed else 0
     if streamed:
         reading = stream_area(pl.stream_ports.value, wide, area)
-        used["lut"] += int(reading["lut"])
-        used["ff"] += int(reading["ff"])
+        used["lut"] += math.ceil(reading["lut"])
+        used["ff"] += math.ceil(reading["ff"])
         coded += reading["bram36"]
     used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
     used["bram36"] = math.ceil(stored + coded)

@@ -239,8 +239,8 @@ def stream_area(ports: int, line: int, area: Area) -> dict[Kind, float]:
     """What reads streamed microcode with lines of `line` bits by so many ports, a part of each line by each."""
     fabric = fabric_of(area)
     return {
-        "lut": ports * area.lut_stream.value + fabric.stream["lut"],
-        "ff": ports * area.ff_stream.value + fabric.stream["ff"] + fabric.stream_line_ff * line,
+        "lut": ports * area.lut_stream.value + fabric.stream["lut"] + fabric.stream_line["lut"] * line,
+        "ff": ports * area.ff_stream.value + fabric.stream["ff"] + fabric.stream_line["ff"] * line,
         "bram36": ports * fabric.bram36(STREAM_ROWS, -(-line // ports)),
     }
 

@@ -26,7 +26,8 @@ class Fabric:
     """A family. `block_rams`: a size in BRAM36, and the (rows, bits) that it can be with one write and one read port.
 
     `attempt` is what control on the PL takes by itself: the recorded engine with RESIDENT=1 less the same without it. `stream` is what
-    the ports of streamed microcode share, and `stream_line_ff` the flip-flops for each bit of a line, where they are not a block RAM's.
+    the ports of streamed microcode share, and `stream_line` what each bit of a line takes, where a block RAM has no
+    register with an enable behind it.
     """
 
     lut_inputs: int
@@ -39,7 +40,7 @@ class Fabric:
     block_rams: tuple[tuple[float, tuple[tuple[int, int], ...]], ...]
     attempt: dict[Kind, float]
     stream: dict[Kind, int]
-    stream_line_ff: int
+    stream_line: dict[Kind, float]
 
     def or_luts(self, words: int) -> int:
         """Lookup tables of one bit of the OR of that many words, each with its own enable, as yosys maps it."""
@@ -70,7 +71,7 @@ FABRICS: dict[str, Fabric] = {
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
         attempt={"lut": 791, "ff": 160, "bram36": 0.5},
         stream={"lut": 83, "ff": 54},
-        stream_line_ff=0,
+        stream_line={"lut": 0, "ff": 0},
     ),
     "ng_ultra": Fabric(
         lut_inputs=4,
@@ -79,8 +80,8 @@ FABRICS: dict[str, Fabric] = {
         shifted={"f64": (105, 48), "f32": (69, 33)},
         block_rams=((2 / 3, _NX_RAM),),
         attempt={"lut": 1259, "ff": 171, "bram36": 4 / 3},
-        stream={"lut": 163, "ff": 182},
-        stream_line_ff=1,
+        stream={"lut": 40, "ff": 54},
+        stream_line={"lut": 0.96, "ff": 2},
     ),
 }
 
