@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+from hw_model.errors import HwModelError
 from hw_model.timing.control_program import segments_on_pl, streams_of
 from hw_model.timing.groups import require_groups
 from hw_model.timing.programs import NONE, Programs, changes_of, program_of
@@ -126,7 +127,7 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
 
     Storage is that of the largest pattern, and of all interleaved problems. Of the patterns' programs as many stay in the
     microcode memory as fit, those first that are asked for most often; the others are loaded one at a time.
-    Raises HwModelError for an engine that rtl/ cannot be, and for a partition that interleaves none.
+    Raises HwModelError for an engine or ports of streamed microcode that rtl/ cannot have, and for a partition that interleaves none.
     """
     if partition.uses_pl:
         require_buildable(platform.pl)
@@ -137,6 +138,8 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     shape = engine_shape(trace, platform, partition, cycles)
     compressed = platform.pl.microcode_format.value == "compressed"
     wide = line_bits(shape) if compressed else shape.microcode_bits
+    if compressed:
+        _require_ports(platform, wide)
     numbers = range(len(trace.patterns))
     codes = [_stored(trace, platform, partition, p, cycles, shape, wide) for p in numbers]
     each = tuple(program_of(trace, partition, code.lines, wide, compressed=compressed) for code in codes)
@@ -157,6 +160,16 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
             break
     assert found is not None  # a trace has a pattern
     return found
+
+
+def _require_ports(platform: Platform, wide: int) -> None:
+    """Raises HwModelError for ports of streamed microcode that rtl/ cannot have."""
+    ports = platform.pl.stream_ports.value
+    streamed = platform.pl.microcode_memory.value.startswith("streamed")
+    if streamed and (ports not in (1, 2, 4) or wide % (64 * ports)):
+        raise HwModelError(
+            f"`pl.stream_ports` = {ports}: allowed is 1, 2 or 4, with 64 bits or more each of a line, which has {wide} here"
+        )
 
 
 def _uses(platform: Platform, used: Counter[Kind]) -> tuple[Use, ...]:

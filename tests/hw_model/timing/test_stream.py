@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from functools import cache
 
 import pytest
@@ -10,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hw_model import HwModelError, load_platform, parse_trace, speedup
+from hw_model.area.budget import budget
 from hw_model.area.engine import STREAM_ROWS
 from hw_model.timing.stage_cycles import Memory
 from hw_model.timing.stream import fetch_cycles, is_streamed, memory_of
@@ -100,11 +100,18 @@ def test_the_price_of_a_segment_is_what_its_items_take_of_the_platforms_memory()
 
 
 def test_lines_that_ports_cannot_divide_are_refused() -> None:
-    platform = STREAMED.with_value("pl.stream_ports", 4)  # 128 bits a line
-    with pytest.raises(
-        HwModelError, match=re.escape("`pl.stream_ports` = 4 of 64 bits: configuration `stream_ports` = 4")
-    ):
-        speedup(recorded(), platform, PAPER, cycles=exact_cycles([PROBLEM]))
+    """Lines have 128 bits here."""
+    cycles = exact_cycles([PROBLEM])
+    for ports in (3, 4):
+        platform = STREAMED.with_value("pl.stream_ports", ports)
+        allowed = f"`pl.stream_ports` = {ports}: allowed is 1, 2 or 4, with 64 bits or more each of a line"
+        with pytest.raises(HwModelError, match=allowed):
+            budget(recorded(), platform, PAPER, cycles)
+        code = cycles(recorded(), platform, 0, "factorize").microcode
+        assert code is not None
+        assert code.streamed is not None
+        with pytest.raises(HwModelError, match=f"`pl.stream_ports` = {ports} of 64 bits: configuration"):
+            code.streamed(memory_of(platform))
 
 
 def test_the_rows_of_a_port_are_the_rtls() -> None:
