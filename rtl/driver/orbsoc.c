@@ -112,7 +112,7 @@ orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t
   const uint32_t count = ORBSOC_PIECES(pl->code_width);
   uint32_t bytes = 4;
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
-  if (ports(pl) || line >> pl->code_bits) return ORBSOC_PL_OUT_OF_RANGE;
+  if (line >> pl->code_bits) return ORBSOC_PL_OUT_OF_RANGE;
   while (bytes < 4u * count) bytes *= 2u;
   for (uint32_t piece = 0; piece < count; ++piece)
     orbsoc_pl_write(pl->memories + ORBSOC_REGION_MICROCODE + (uintptr_t)bytes * line + 4u * piece, pieces[piece]);

@@ -155,7 +155,8 @@ orbsoc_pl_error orbsoc_pl_reset(orbsoc_pl *pl);
  * and templates by the PL's own digest, literals word by word; WRONG_PROGRAM where it differs. */
 orbsoc_pl_error orbsoc_pl_load(orbsoc_pl *pl, const orbsoc_pl_image *image);
 
-/* The same in two halves, for a loader that moves the lines between them, in their order: by DMA, say. */
+/* The same in two halves, for a loader that moves the lines between them, in their order: by DMA, say. Where microcode is streamed
+ * there is nothing to move, and the bus refuses a line. */
 orbsoc_pl_error orbsoc_pl_load_begin(orbsoc_pl *pl, const orbsoc_pl_image *image);
 orbsoc_pl_error orbsoc_pl_load_end(orbsoc_pl *pl, const orbsoc_pl_image *image);
 orbsoc_pl_error orbsoc_pl_load_line(orbsoc_pl *pl, uint32_t line, const uint32_t *pieces);
