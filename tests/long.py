@@ -9,10 +9,23 @@ import re
 
 LONG: dict[str, tuple[str, ...]] = {
     "site/test_commands_end.py": ("test_the_commands_of_a_page_end_as_it_says",),
+    "site/test_flying_page.py": (r"\[out of reach\]",),
+    "site/test_fly_around_tables.py": (r"flights_with_errors.*\[(paper|equal|fewest|16|20)",),
     "site/test_hardware_tables.py": ("test_quantiles", "test_every_mission"),
     "site/test_computer_tables.py": (r"ng_ultra\[paper00[013]", "throughput_of", r"precision\[rec1"),
     "site/test_schedule_tables.py": ("what_clusters_cost",),
+    "site/test_oblate_table.py": (r"\[(station_rbar|elliptic_servicing)-", r"from 600 m-True"),
+    "site/test_plan_without_j2.py": (r"two_burns\[(`turn|the raise)", "one_burn_that_waits"),
+    "site/test_reach_page.py": ("a_sweep_of_the_papers_grid",),
     "site/test_rtl_tables.py": ("test_each_row_that_is_printed_is_stated",),
+    "site/test_stated.py": tuple(
+        rf"states_what_the_plan_has\[{each}"
+        for each in (
+            r"approach\.md: (elliptic|impulses at|station_held \w|station_vbar[ _])", r"fly-around\.md: (paper001_(adaptive|equal)|paper001_fewest \w)",
+            r"passive-safety\.md: paper000_(interrupted|elliptic|\d(\]| .*free))", r"phasing\.md: paper003_(chance|design)", r"plan\.md: plane",
+            r"plan\.md: (wait|perigee|(raise|turn)_two_burns(\]| burn| vehicle| .*coast_j2))", r"platform-launch\.md: (.*35786|paper002_dispersed)",
+        )
+    ),
     # `run`, `budget`, `trace`, `throughput` and `calibrate` remain.
     "integration/test_ignored_keys.py": (
         r"\[(explain|precision|partition( by the estimate)?|budget (by the estimate|of nothing)|trace on the PS)\]",
