@@ -21,7 +21,7 @@ LONG: dict[str, tuple[str, ...]] = {
     "site/test_stated.py": tuple(
         rf"states_what_the_plan_has\[{each}"
         for each in (
-            r"approach\.md: (elliptic|impulses at|station_held \w|station_vbar[ _])", r"fly-around\.md: (paper001_(adaptive|equal)|paper001_fewest \w)",
+            r"approach\.md: (elliptic|impulses at|public|station_held \w|station_vbar[ _])", r"fly-around\.md: (paper001_(adaptive|equal)|paper001_fewest \w)",
             r"passive-safety\.md: paper000_(interrupted|elliptic|\d(\]| .*free))", r"phasing\.md: paper003_(chance|design)", r"plan\.md: plane",
             r"plan\.md: (wait|perigee|(raise|turn)_two_burns(\]| burn| vehicle| .*coast_j2))", r"platform-launch\.md: (.*35786|paper002_dispersed)",
         )

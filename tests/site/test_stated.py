@@ -31,3 +31,10 @@ def test_a_number_that_is_not_the_plans_is_found() -> None:
         "front.*.m: 0.75 is stated, 0.25 planned"
     ]
     assert differing("| a | … | {count} |", text, {"count": 12}) == ["count: 13 is stated, 12 planned"]
+
+
+def test_the_design_is_that_of_the_reproduction() -> None:
+    """Finite burns are in no plan: `orbsoc reproduce 003` writes them into a page that a test holds."""
+    written = text_of("reproduce-003.md")
+    [stated] = numbers_at("| the paper's design, finite burns | {} |", text_of("phasing.md"))
+    assert f"| {stated} m/s |" in written

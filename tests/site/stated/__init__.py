@@ -17,6 +17,7 @@ from typing import Any
 import orbsoc
 from orbsoc.commands.hw_options import parsed_settings
 from orbsoc.guidance.scenario_file import read_toml
+from tests.missions.approach.test_plan import PROXOPS
 from tests.missions.reachable_insertion import test_bounded_search, test_coast
 from tests.printed import NUMBER, near
 
@@ -31,6 +32,10 @@ OWN: dict[str, Callable[[], dict[str, Any]]] = {
     "plane change": lambda: test_bounded_search.PLANE,
     "perigee and plane": lambda: test_bounded_search.FREE,
     "wait for the node": lambda: test_coast.scenario().model_dump(),
+    "public proxops": lambda: PROXOPS,
+    "public proxops, held": lambda: (
+        PROXOPS | {"engine": {"thrust": "held", "largest_m_s2": 0.1, "limit": "axes"}}
+    ),
     "impulses at the held instants": lambda: shipped("station_held") | {"engine": {"largest_m_s": 1.0}},
 }
 """Scenarios of the tests that a page tells of."""
