@@ -17,6 +17,7 @@ import numpy as np
 
 import orbsoc
 from benchmarks.environment import ROOT, machine_class
+from benchmarks.measure import geometric_mean
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution
@@ -75,12 +76,13 @@ def line(name: str, found: Sequence[Pair]) -> str:
     ours, theirs = (np.array([getattr(pair, key) for pair in found]) for key in ("ours_s", "theirs_s"))
     solved = [sum(getattr(pair, key).status is SOLVED for pair in found) for key in ("ours", "theirs")]
     both = [pair for pair in found if pair.ours.status is pair.theirs.status is SOLVED]
-    iterations = sum(pair.ours.iterations for pair in both), sum(pair.theirs.iterations for pair in both)
+    compared = [pair.ours.iterations / pair.theirs.iterations for pair in both if pair.theirs.iterations]
+    iterations = f"{geometric_mean(compared):.2f} times Clarabel's" if compared else "not compared"
     apart = max(abs(pair.ours.objective - pair.theirs.objective) / max(1.0, abs(pair.theirs.objective)) for pair in both)  # fmt: skip
     return (
         f"{name}: {len(found)} problems, solved {solved[0]} / {solved[1]}; {ours.min() / MICROSECOND:.0f} to {ours.max() / MICROSECOND:.0f} µs, "
         f"Clarabel {(theirs / ours).min():.1f} to {(theirs / ours).max():.1f} times that, {theirs.sum() / ours.sum():.1f} in all; "
-        f"iterations {iterations[0]} / {iterations[1]}; objectives within {apart:.0e}"
+        f"iterations {iterations}; objectives within {apart:.0e}"
     )
 
 
