@@ -51,4 +51,8 @@ def test_a_sweep_of_the_papers_grid_reaches_what_the_page_says(tmp_path: Path) -
     assert result.exit_code == 0, result.output
     counts = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert counts["points"] == RECORD["points"]
-    assert counts["reached"] == RECORD["reached"]
+    assert counts["status"]["reached"] == RECORD["reached"]
+    assert numbers("| # of # planes;") == [
+        str(counts["planes_reached_at_lowest_bound"]),
+        str(counts["planes"]),
+    ]
