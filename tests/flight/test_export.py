@@ -166,15 +166,16 @@ def test_the_command_exports_a_partition_and_names_what_it_refuses(tmp_path: Pat
     for more, words in (
         (["other"], "other"), (["paper", "--engine", "lanes"], "'lanes'"), (["paper", "--engine", "lines=2"], "'lines=2'"),
         (["paper", "--microcode", "dense"], "'dense'"), (["paper", "--engine", "banks=3"], "banks"),
+        (["all_ps", "--limit-clocks", "9"], "limit_clocks = 9: the partition has nothing on the PL to stop"),
     ):  # fmt: skip
         done = CliRunner().invoke(app, [*begin, *more])
         assert done.exit_code == 2, more
         assert words in done.output
         assert not (tmp_path / "c").exists()
-    done = CliRunner().invoke(
-        app, [*begin, "resident", "--engine", "lanes=1,banks=4", "--microcode", "compressed"]
-    )
+    shape = ["--engine", "lanes=1,banks=4", "--microcode", "compressed", "--limit-clocks", "77777"]
+    done = CliRunner().invoke(app, [*begin, "resident", *shape])
     assert done.exit_code == 0, done.output
+    assert "program_buffers, flag, 77777u};" in (tmp_path / "c" / "pl_program.c").read_text()
     assert run_selftest(tmp_path / "c", ("gcc",), (), "-O2").count("the recorded bits") == 3
     assert (tmp_path / "c" / "driver" / "orbsoc_device.c").exists()
     assert "orbsoc_pl_attach" in (tmp_path / "c" / "README.md").read_text()

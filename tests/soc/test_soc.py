@@ -65,6 +65,11 @@ def test_a_program_that_never_ends_is_told(machine: Machine, tmp_path: Path) -> 
         ("--partition paper_streams", '`streams` = "iteration" has no program in C'),
         ("--partition nonsense", "known: all_ps, factor_only, paper"),
         ("--fault nonsense", "allowed is KIND[:SKIP[:TIMES]]"),
+        (
+            "--partition none --limit-clocks 9",
+            "--limit-clocks = 9: partition 'none' has nothing on the PL to stop",
+        ),
+        ("--limit-clocks 0", "0 is not in the range 1<=x<=4294967295"),
         ("--solves 9", "allowed is first, all, or numbers from 1 to 1"),
     ],
 )

@@ -46,6 +46,16 @@ def c(
             help="the PL's engine: lanes, dividers, banks, clusters and address_bits", metavar="KEY=N,..."
         ),
     ] = "lanes=4,dividers=1,banks=16",
+    limit_clocks: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=2**32 - 1,
+            help="clocks of the PL that a launch may be busy: the PL stops a longer one",
+            metavar="N",
+            show_default="the most that the settings can take",
+        ),
+    ] = None,
     microcode: Annotated[str, typer.Option(help="flat or compressed")] = "flat",
     instructions: Annotated[
         bool, typer.Option("--instructions", help="count each stage's instructions under QEMU for BOUNDS.md")
@@ -61,7 +71,7 @@ def c(
             _of_scenario(source, fp) if source.suffix == ".toml" else (_stated(source), None, "")
         )
         options = {"partition": partition, "engine": _engine(engine), "form": _form(microcode)}
-        options |= {"instructions": instructions, "mission": whole}
+        options |= {"instructions": instructions, "mission": whole, "limit_clocks": limit_clocks}
         written = export_c(problem, out, fp=fp, **options)
     typer.echo(f"{len(written)} files written to {out}; README.md has the line that builds the self-test")
     if whole is not None:

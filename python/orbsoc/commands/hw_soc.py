@@ -59,6 +59,16 @@ def soc(
             metavar="KIND",
         ),
     ] = None,
+    limit_clocks: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=2**32 - 1,
+            help="of the engine, in a launch: the PL stops one that is busy for more; by default the most that the settings can take",
+            metavar="N",
+            show_default=False,
+        ),
+    ] = None,
     trace: Annotated[
         bool,
         typer.Option(
@@ -106,6 +116,10 @@ def soc(
         engine = Engine(lanes=lanes, banks=banks, address_bits=address_bits)
         window = _window(trace_clocks)
         on_pl = partition != "none" and load_partition(partition).uses_pl
+        if limit_clocks is not None and not on_pl:
+            raise SocError(
+                f"--limit-clocks = {limit_clocks}: partition {partition!r} has nothing on the PL to stop; leave it out"
+            )
         where = out or Path("out") / "hw-soc"
         options.write_all(where, {})  # what cannot be written ends the run here
         progress = Progress()
@@ -126,6 +140,7 @@ def soc(
                     "latency": latency,
                     "tell": _told(progress, name),
                     "fault": spoilt if split else None,
+                    "limit_clocks": limit_clocks if split else None,
                 }
                 found.append(counted(posed[number - 1], folder, partition=split, engine=engine, **arguments))
             return tuple(found)
@@ -143,6 +158,7 @@ def soc(
         document = _document(
             compared, workload, partition, chosen,
             engine=asdict(engine), ratio=ratio, latency=latency, fault=str(spoilt) if spoilt else None,
+            limit_clocks=limit_clocks,
         )  # fmt: skip
         options.write_all(
             where, {"soc.json": options.as_json_text(document), "soc.txt": "\n".join(lines) + "\n"}
@@ -152,7 +168,7 @@ def soc(
             name = f"trace of solve {chosen[0]}, {partition if on_pl else 'core alone'}"
             timeline = traced(
                 posed[chosen[0] - 1], folder, partition=partition if on_pl else None, engine=engine,
-                ratio=ratio, latency=latency, waveform=waveform, tell=_told(progress, name),
+                ratio=ratio, latency=latency, limit_clocks=limit_clocks, waveform=waveform, tell=_told(progress, name),
             )  # fmt: skip
             options.write_all(where, {"soc-trace.json": as_text(timeline)})
         options.print_report(lines, document, where, as_json=as_json)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from orbsoc import _core
 from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
+from orbsoc.ps.registers import WORD_MASK
 
 from .bounds import bounds_page, ram_bytes
 from .c_source import pattern_header, pattern_source
@@ -39,6 +40,7 @@ def export_c(
     partition: Partition | str | None = None,
     engine: Engine | None = None,
     form: Format = "flat",
+    limit_clocks: int | None = None,
     instructions: bool = False,
     mission: OnBoard | None = None,
 ) -> tuple[Path, ...]:
@@ -47,11 +49,13 @@ def export_c(
     `fp` is the arithmetic of the iteration, 64 or 32; without `settings` they are the defaults of that precision. The
     self-test holds this problem's own data and the bits of `Engine::exact`'s solutions, cold and warm. With a `partition`
     (one of hw_model's, or its name) the folder has the program of its modules for an `engine` on the PL, whose
-    precision is `fp`, in microcode of a `form`, and the driver that launches them. With `instructions` BOUNDS.md has the
+    precision is `fp`, in microcode of a `form`, and the driver that launches them; the PL stops a launch that is busy for more than
+    `limit_clocks`, 1 to 2³² − 1, by default the most that the settings can take. With `instructions` BOUNDS.md has the
     instructions of each stage as well, counted under QEMU on data near the problem's, which takes seconds. With a
     `mission` whose subproblem this is the folder has its outer loop, tables and self-test, in binary64 alone.
     Raises FlightError on a folder that exists, a precision that is none, a pattern beyond 32-bit indices, a partition
-    that has no program in C, an engine that cannot hold the pattern, or tools for counting that are missing.
+    that has no program in C, an engine that cannot hold the pattern, a limit that is none or has nothing on the PL to stop, or tools
+    for counting that are missing.
     """
     place = Path(folder)
     check_place(place)
@@ -66,7 +70,7 @@ def export_c(
         tables = tables_of(problem, used)
     except _core.CoreError as error:
         raise FlightError(f"the pattern cannot be exported: {error}") from error
-    beside = _on_pl(problem, used, fp, partition, engine, form)
+    beside = _on_pl(problem, used, fp, partition, engine, form, limit_clocks)
     texts = _texts(problem, used, fp, tables, record(problem, used, fp), with_pl=bool(beside))
     texts["BOUNDS.md"] = bounds_page(
         problem, used, tables, fp, _counted(problem, used, fp) if instructions else None
@@ -91,17 +95,24 @@ def _on_pl(
     partition: Partition | str | None,
     engine: Engine | None,
     form: Format,
+    limit_clocks: int | None,
 ) -> dict[str, str]:
     """The files of a partition with modules on the PL; none without."""
     from hw_model import HwModelError, load_partition
     from orbsoc.hw.schedules import Engine
 
+    if limit_clocks is not None and not 1 <= limit_clocks <= WORD_MASK:
+        raise FlightError(f"limit_clocks = {limit_clocks}: allowed is a whole number from 1 to {WORD_MASK}")
     try:
         split = load_partition(partition) if isinstance(partition, str) else partition
         if split is None or not split.uses_pl:
+            if limit_clocks is not None:
+                raise FlightError(
+                    f"limit_clocks = {limit_clocks}: the partition has nothing on the PL to stop; leave it out"
+                )
             return {}
         chosen = replace(engine or Engine(), fp=64 if fp == 64 else 32)
-        return partition_texts(problem, settings, split, chosen, form)
+        return partition_texts(problem, settings, split, chosen, form, limit_clocks)
     except HwModelError as error:
         raise FlightError(str(error)) from error
 

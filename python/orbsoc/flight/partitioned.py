@@ -27,8 +27,9 @@ def partition_texts(
     partition: Partition,
     engine: Engine,
     form: Format,
+    limit_clocks: int | None = None,
 ) -> dict[str, str]:
-    """The files by name. Raises EngineError where the engine cannot hold the problem, FlightError for streams under the PS's control."""
+    """The files by name; without `limit_clocks` a launch may take the most clocks that the settings can. Raises EngineError where the engine cannot hold the problem, FlightError for streams under the PS's control."""
     from orbsoc.hw.busy_clocks import busy_clocks, most_clocks
     from orbsoc.rtl.c_image import c_source, control_of, placed
 
@@ -43,7 +44,9 @@ def partition_texts(
     )
     method = placed(modules, resident=resident)
     control, streams = control_of(modules, resident=resident)
-    limit = most_clocks(busy_clocks(problem, settings, engine, form=form, streams=streams), settings, control)
+    limit = limit_clocks or most_clocks(
+        busy_clocks(problem, settings, engine, form=form, streams=streams), settings, control
+    )
     bits = sum(1 << int(Module[name.upper()]) for name, side in partition.modules.items() if side == "pl")
     texts = {
         "pl_program.h": _HEADER,

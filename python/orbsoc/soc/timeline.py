@@ -42,6 +42,7 @@ def traced(
     engine: Engine,
     ratio: float,
     latency: int,
+    limit_clocks: int | None = None,
     waveform: Waveform,
     tell: Callable[[str], None],
 ) -> dict[str, Any]:
@@ -55,6 +56,7 @@ def traced(
         partition=partition,
         engine=engine,
         form=FORM,
+        limit_clocks=limit_clocks,
         warm=False,
         events=True,
     )
