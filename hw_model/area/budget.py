@@ -30,6 +30,7 @@ from .engine import (
     flip_flops,
     line_bits,
     logic_luts,
+    parity_logic,
     require_buildable,
     storage_bram36,
     storage_in_uram,
@@ -183,16 +184,16 @@ def _uses(platform: Platform, used: Counter[Kind]) -> tuple[Use, ...]:
 def _used(
     platform: Platform, partition: Partition, shape: Shape, rows: int | None, lines: int, wide: int
 ) -> tuple[Counter[Kind], float]:
-    """What an engine takes with `lines` of microcode of `wide` bits on the chip, and the BRAM36 of these alone."""
+    """What an engine takes with `lines` of microcode of `wide` bits, parity left out, on the chip, and the BRAM36 of these alone."""
     area, pl, fabric = platform.area, platform.pl, fabric_of(platform.area)
     packed = pl.microcode_format.value == "compressed"
     used: Counter[Kind] = Counter()
     coded = stored = 0.0
     streamed = pl.microcode_memory.value in ("streamed", "streamed_start")
     if pl.microcode_memory.value == "ultra_ram":
-        used["uram"] += uram(lines, wide)
+        used["uram"] += uram(lines, wide + shape.parity)
     else:
-        coded = fabric.bram36(lines, wide) if lines else 0.0
+        coded = fabric.bram36(lines, wide + shape.parity) if lines else 0.0
     if pl.storage_memory.value == "ultra_ram":
         blocks, stored, chosen = storage_in_uram(shape, fabric, rows)
         used["uram"] += blocks
@@ -207,6 +208,10 @@ def _used(
         used["lut"] += math.ceil(reading["lut"])
         used["ff"] += math.ceil(reading["ff"])
         coded += reading["bram36"]
+    if shape.parity:
+        luts, flip_flops_more = parity_logic(shape, fabric, wide)
+        used["lut"] += luts
+        used["ff"] += flip_flops_more
     used["dsp"] = shape.lanes * multiplier_dsp(SIGNIFICAND_BITS[shape.datapath])
     used["bram36"] = math.ceil(stored + coded)
     if partition.control == "pl":
@@ -222,7 +227,7 @@ def engine_shape(
     storage, _ = _storage(trace, platform, partition, cycles)
     address_bits = max(8, math.ceil(math.log2(max(2, storage))))
     units = (pl.lanes.value, pl.dividers.value, pl.banks.value)
-    return Shape(trace.datapath, *units, address_bits, pl.clusters.value)
+    return Shape(trace.datapath, *units, address_bits, pl.clusters.value, pl.parity.value == "per_word")
 
 
 def _storage(

@@ -14,7 +14,7 @@ LUT: rows, words and write-back are ORs of gated words (`or_luts`), and each por
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from hw_model.errors import NoSuchEngineError
@@ -39,7 +39,7 @@ READ_STAGES = 3
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """An engine as the RTL's parameters say it, but for its microcode. `banks` is a power of two."""
+    """An engine as the RTL's parameters say it, but for its microcode. `banks` is a power of two; `parity`: a bit a word and a line."""
 
     datapath: Datapath
     lanes: int
@@ -47,6 +47,12 @@ class Shape:
     banks: int
     address_bits: int
     clusters: int = 1
+    parity: bool = False
+
+    @property
+    def stored_bits(self) -> int:
+        """Bits of a word in its bank."""
+        return self.word_bits + self.parity
 
     @property
     def word_bits(self) -> int:
@@ -199,7 +205,7 @@ def line_bits(shape: Shape) -> int:
 
 def storage_bram36(shape: Shape, fabric: Fabric, rows: int | None = None) -> float:
     """Block RAM of the storage, all replicas, with a power of two of rows in each bank or with `rows`."""
-    return REPLICAS * shape.banks * fabric.bram36(rows or 1 << shape.row_bits, shape.word_bits)
+    return REPLICAS * shape.banks * fabric.bram36(rows or 1 << shape.row_bits, shape.stored_bits)
 
 
 def storage_in_uram(shape: Shape, fabric: Fabric, rows: int | None = None) -> tuple[int, float, int]:
@@ -208,31 +214,33 @@ def storage_in_uram(shape: Shape, fabric: Fabric, rows: int | None = None) -> tu
     rows = rows or 1 << shape.row_bits
     whole = max(1, rows // URAM_ROWS) * URAM_ROWS
     memories, rest = REPLICAS * shape.banks, max(0, rows - whole)
-    blocks = fabric.bram36(rest, shape.word_bits) if rest else 0
-    luts = shape.word_bits if rest else 0
-    return memories * uram(whole, shape.word_bits), memories * blocks, memories * luts
+    blocks = fabric.bram36(rest, shape.stored_bits) if rest else 0
+    luts = shape.stored_bits if rest else 0
+    return memories * uram(whole, shape.stored_bits), memories * blocks, memories * luts
 
 
-def parity_area(shape: Shape, fabric: Fabric, code_bits: int) -> dict[Kind, float]:
-    """What a bit a word of storage and a line of flat microcode takes beside the engine.
+def parity_logic(shape: Shape, fabric: Fabric, line: int) -> tuple[int, int]:
+    """Lookup tables and flip-flops that a bit a word of storage and a line of `line` bits takes beside its memory.
 
     A bank makes it once for its replicas, each port of a unit has it gathered and checks it in its operand register.
     """
-    ports, banks, line = 2 * (shape.lanes + shape.dividers) + shape.lanes, shape.banks, shape.microcode_bits
+    ports, banks = 2 * (shape.lanes + shape.dividers) + shape.lanes, shape.banks
 
     def odd(bits: int) -> int:
         return math.ceil((bits - 1) / (fabric.lut_inputs - 1))
 
-    stored = fabric.bram36(1 << shape.row_bits, shape.word_bits + 1) - fabric.bram36(
-        1 << shape.row_bits, shape.word_bits
-    )
-    lines = fabric.bram36(1 << code_bits, line + 1) - fabric.bram36(1 << code_bits, line)
     checked = ports * (odd(shape.word_bits + 1) + fabric.or_luts(banks)) + odd(ports)
-    return {
-        "lut": banks * odd(shape.word_bits) + checked + odd(line) + odd(line + 1),
-        "ff": REPLICAS * banks + ports + PARITY_CONTROL,
-        "bram36": REPLICAS * banks * stored + lines,
-    }
+    luts = banks * odd(shape.word_bits) + checked + odd(line) + odd(line + 1)
+    return luts, REPLICAS * banks + ports + PARITY_CONTROL
+
+
+def parity_area(shape: Shape, fabric: Fabric, code_bits: int) -> dict[Kind, float]:
+    """What parity takes beside an engine of flat microcode: logic, and block RAM where a row has no bit to spare."""
+    line = shape.microcode_bits
+    lut, ff = parity_logic(shape, fabric, line)
+    stored = storage_bram36(replace(shape, parity=True), fabric) - storage_bram36(shape, fabric)
+    lines = fabric.bram36(1 << code_bits, line + 1) - fabric.bram36(1 << code_bits, line)
+    return {"lut": lut, "ff": ff, "bram36": stored + lines}
 
 
 def stream_area(ports: int, line: int, area: Area) -> dict[Kind, float]:

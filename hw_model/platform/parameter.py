@@ -28,6 +28,7 @@ FabricName = Annotated[str, Field(pattern="^(xc7|ng_ultra)$")]
 MicrocodeFormat = Annotated[str, Field(pattern="^(flat|compressed)$")]
 StorageMemory = Annotated[str, Field(pattern="^(block_ram|ultra_ram)$")]
 StorageDepth = Annotated[str, Field(pattern="^(power_of_two|exact)$")]
+Parity = Annotated[str, Field(pattern="^(none|per_word)$")]
 MicrocodeMemory = Annotated[str, Field(pattern="^(block_ram|ultra_ram|streamed|streamed_start)$")]
 
 

@@ -21,6 +21,7 @@ from .parameter import (
     MicrocodeFormat,
     MicrocodeMemory,
     Parameter,
+    Parity,
     PlClock,
     PsClock,
     PsPrice,
@@ -139,6 +140,8 @@ class Pl(Section):
     are streamed, those of the iteration lie in block RAM, which rtl/ has not. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
     or as many as the schedules need ("exact").
 
+    `parity`: "per_word", one bit more in each word of storage and each line of microcode, takes area alone (docs/rtl.md, Parity); or "none".
+
     `load_bytes_per_cycle`: of microcode that the engine's slave takes, whatever the link brings.
 
     `interleaved`: problems of one pattern that every segment works on at once, each with words of its own (timing/groups.py).
@@ -171,6 +174,9 @@ class Pl(Section):
     )
     interleaved: Parameter[Units] = Parameter(
         value=1, tag="assumed", source="design input: one problem at a time"
+    )
+    parity: Parameter[Parity] = Parameter(
+        value="none", tag="assumed", source='design input: as rtl/ is by default; or "per_word"'
     )
     segment_overhead_cycles: Parameter[Count]
     overlap_exponent: Parameter[Exponent]

@@ -242,7 +242,7 @@ def _pl(name: str, platform: Platform, usage: ParameterUse) -> str | None:
         return _compression(platform, usage)
     if name == "storage_depth" and not usage.scheduled:
         return "the estimate knows no rows that temporaries need; ask for schedules (--exact)"
-    if name in ("storage_memory", "storage_depth"):
+    if name in ("storage_memory", "storage_depth", "parity"):
         return _unless(bool(usage.area), "this report prices no area; `orbsoc hw budget` does")
     if name == "microcode_memory":
         timed = "times" in usage.questions and usage.scheduled

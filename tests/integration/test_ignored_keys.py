@@ -29,7 +29,7 @@ OTHERS: dict[str, tuple[object, ...]] = {
     "ps.price": ("executed_instructions",), "runtime.schedule": ("overlapped",), "pl.microcode_format": ("flat",), "pl.lanes": (2, 16), "pl.banks": (2, 64), "ps.overlap": (0.0, 1.0),
     "pl.dividers": (2, 4), "runtime.cores_used": (3, 4), "ps.cores": (1,), "ps.cache_line_bytes": (16, 256),
     "ps.parallel_fraction": (0.5, 1.0), "link.ddr_efficiency": (0.001, 1.0), "link.flags_per_register": (1, 64),
-    "resources.uram": (3,), "pl.storage_memory": ("ultra_ram",), "pl.storage_depth": ("exact",), "pl.microcode_memory": ("streamed", "ultra_ram"),
+    "resources.uram": (3,), "pl.storage_memory": ("ultra_ram",), "pl.storage_depth": ("exact",), "pl.parity": ("per_word",), "pl.microcode_memory": ("streamed", "ultra_ram"),
     "pl.microcode_compression": (1.5, 40.0), "pl.overlap_exponent": (1.0, 40.0), "runtime.jitter_exponent": (1.0,),
 }  # fmt: skip
 

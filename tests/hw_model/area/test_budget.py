@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 
-from hw_model.area.budget import Budget, budget
-from hw_model.area.fabric import KINDS
+from hw_model.area.budget import Budget, budget, engine_shape
+from hw_model.area.engine import Shape, fabric_of, line_bits, parity_area, parity_logic
+from hw_model.area.fabric import FABRICS, KINDS
 from hw_model.errors import HwModelError
 from hw_model.platform.partition import load_partition
 from hw_model.platform.platform import Platform, load_platform
@@ -72,6 +75,32 @@ def test_a_decoder_saves_block_ram_and_takes_lookup_tables() -> None:
     assert packed.of("ff").used > flat.of("ff").used
 
 
+@pytest.mark.parametrize("form", ["compressed", "flat"])
+@pytest.mark.parametrize("device", ["zu9eg", "ng_ultra"])
+def test_parity_takes_logic_and_the_spare_bits_of_block_ram(form: str, device: str) -> None:
+    platform, partition = (
+        load_platform(device).with_value("pl.microcode_format", form),
+        load_partition("paper"),
+    )
+    with_parity = platform.with_value("pl.parity", "per_word")
+    plain, found = (budget(TRACE, one, partition) for one in (platform, with_parity))
+    shape = engine_shape(TRACE, platform, partition)
+    wide = line_bits(shape) if form == "compressed" else shape.microcode_bits
+    luts, flip_flops = parity_logic(shape, fabric_of(platform.area), wide)
+    more = {use.kind: use.used - plain.of(use.kind).used for use in found.uses}
+    assert more == {"lut": luts, "ff": flip_flops, "dsp": 0, "bram36": 0, "uram": 0}
+    assert (luts, flip_flops) > (400, 60)  # 4 lanes; one lane at binary64 was synthesised: 170 and 26
+
+
+def test_parity_takes_block_ram_where_a_row_has_no_bit_to_spare() -> None:
+    """Lines of 71 and of 72 bits; 512 of them are a block."""
+    fabric = FABRICS["xc7"]
+    for lanes, dividers, address_bits in itertools.product(range(1, 17), range(1, 5), range(8, 17)):
+        shape = Shape("f64", lanes, dividers, 16, address_bits)
+        more = parity_area(shape, fabric, 9)["bram36"]
+        assert more == (0.5 if shape.microcode_bits % 36 == 0 else 0), shape
+
+
 def test_counted_microcode_is_stored_as_it_is_and_an_assumed_compression_is_not_asked() -> None:
     """The estimate assumes a compression; schedules count one, and each segment begins at a line of its own."""
     platform, partition = load_platform("zu9eg"), load_partition("factor_only")
@@ -107,6 +136,7 @@ def test_a_budget_changes_with_what_it_counts_as_used_and_with_nothing_else(name
     steps = {
         "runtime.completion": "polling", "pl.microcode_format": "flat", "pl.storage_memory": "ultra_ram",
         "pl.storage_depth": "exact", "pl.microcode_memory": "ultra_ram", "ps.price": "executed_instructions",
+        "pl.parity": "per_word",
     }  # fmt: skip
     for row in assumptions(platform, BUDGET_USAGE.of(TRACE, partition, platform, estimated)):
         if row.key.startswith("pl.latencies.") or row.key in ("runtime.schedule", "runtime.cores_used"):

@@ -173,7 +173,7 @@ def test_changing_one_parameter_changes_the_echo_of_that_one_only(partition: str
         "runtime.completion": "polling", "runtime.schedule": "overlapped", "runtime.cores_used": 1,
         "pl.storage_memory": "ultra_ram", "pl.storage_depth": "exact", "pl.microcode_memory": "ultra_ram",
         "resources.uram": 4, "pl.microcode_format": "flat", "ps.cache_line_bytes": 16, "ps.parallel_fraction": 0.7,
-        "ps.price": "executed_instructions",
+        "ps.price": "executed_instructions", "pl.parity": "per_word",
     }  # fmt: skip
     steps |= {
         "link.dma_to_pl_bytes_per_pl_cycle": 1.0,
