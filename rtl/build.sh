@@ -79,7 +79,7 @@ if [ ! -x "$built" ]; then
     # The numbers of latency.svh and engine.svh for the harness.
     cat "$here/latency.svh" "$here/engine.svh" | sed -n 's/^localparam int \([A-Z0-9_]*\) = \([0-9]*\);.*/constexpr int \1 = \2;/p' >"$work/contract.hpp"
     # shellcheck disable=SC2086  # the lists are meant to be split
-    verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial fast --noassert -I"$here" $split $traced $open "$@" \
+    verilator --cc --exe -Wall -Wno-UNUSED -O3 --x-assign fast --x-initial unique --noassert -I"$here" $split $traced $open "$@" \
       --top-module "$module" -CFLAGS "-std=c++17 -I$here/harness -I$here/driver -I$work" --Mdir "$work/model" -o "$work/$top" \
       "$here/contract.sv" "$here"/fpu/*.sv $sources $objects &&
       { [ ! -d "$runtime" ] || cp "$runtime"/*.o "$work/model"; } &&

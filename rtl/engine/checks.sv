@@ -48,7 +48,13 @@ module checks #(
   logic [EPOCH-1:0] epoch;
   logic [EPOCH-1:0] written[0:(1<<A)-1];
   logic [EPOCH-1:0] pending[0:(1<<A)-1];
-  initial epoch = EPOCH'(1);
+  initial begin
+    epoch = EPOCH'(1);
+    for (int i = 0; i < 1 << A; i++) begin
+      written[i] = '0;
+      pending[i] = '0;
+    end
+  end
   always_ff @(posedge clock) begin
     if (reset) epoch <= epoch + EPOCH'(1);
     if (host_write) written[host_address] <= epoch;

@@ -31,10 +31,17 @@ class AxiComputer {
 
   AxiComputer() {
     current = this;
-    dut.aresetn = 0;
-    for (int i = 0; i < 3; ++i) clock();
+    dut.aclk = dut.aresetn = 0;
+    dut.s_axil_awvalid = dut.s_axil_awaddr = dut.s_axil_wvalid = dut.s_axil_wdata = dut.s_axil_wstrb = dut.s_axil_bready = 0;
+    dut.s_axil_arvalid = dut.s_axil_araddr = dut.s_axil_rready = 0;
+    dut.s_axi_awvalid = dut.s_axi_awid = dut.s_axi_awaddr = dut.s_axi_awlen = dut.s_axi_awsize = dut.s_axi_awburst = 0;
+    dut.s_axi_wvalid = dut.s_axi_wdata = dut.s_axi_wstrb = dut.s_axi_wlast = dut.s_axi_bready = 0;
+    dut.s_axi_arvalid = dut.s_axi_arid = dut.s_axi_araddr = dut.s_axi_arlen = dut.s_axi_arsize = dut.s_axi_arburst = dut.s_axi_rready = 0;
+    for (int i = 0; i < RESET_CLOCKS; ++i) clock();
     dut.aresetn = 1;
     require(orbsoc_pl_open(&pl, REGISTERS, MEMORIES, ORBSOC_PL_BUFFERS));
+    segments.clear();  // what random bits ran before the reset
+    violations.fill(0);
   }
 
   // ---- what a session asks of a computer (session.hpp) ----
@@ -181,6 +188,7 @@ class AxiComputer {
 
  private:
   static constexpr uint64_t PATIENCE = 1000;
+  static constexpr int RESET_CLOCKS = 2;
 
   uint32_t random() {
     state ^= state << 13;

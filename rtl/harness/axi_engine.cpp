@@ -21,6 +21,7 @@
 
 #include "axi_computer.hpp"
 #include "session.hpp"
+#include "start.hpp"
 
 extern "C" {
 uint32_t orbsoc_pl_read(uintptr_t address) {
@@ -199,6 +200,7 @@ int main(int argc, char **argv) {
     std::fprintf(stderr, "usage: axi_engine -\n");
     return 2;
   }
+  begin_as_engine(Built::PARITY);
   try {
     return std::make_unique<DriverSession>()->run(std::cin) ? 0 : 2;
   } catch (const std::exception &failure) {

@@ -17,6 +17,7 @@
 #include "Vaxi_slaves_axi_slaves.h"
 #include "axi_model.hpp"
 #include "axi_monitor.hpp"
+#include "start.hpp"
 
 namespace {
 
@@ -27,6 +28,7 @@ constexpr uint32_t ENGINE_WORD = 0x01010184, SIZES_WORD = 0x12345678, IDENTITY_W
 constexpr uint32_t LIMIT_FAULT = ORBSOC_FAULT_CYCLE_LIMIT << ORBSOC_STATUS_FAULT_SHIFT;
 constexpr uint64_t LAG = 4;       // clocks after the engine's end in which it may still count as running
 constexpr uint64_t PATIENCE = 3000;  // clocks without an answer that is owed
+constexpr int RESET_CLOCKS = 2;     // what the slaves want, at least
 constexpr uint32_t OVERTAKING = 2;   // register writes that may go before a read: one on its way, and one in turn
 
 struct LiteWrite {
@@ -69,33 +71,44 @@ class Traffic {
         {"microcode written by 8 bytes", CODE, 3, false}, {"microcode written by 4 bytes", CODE, 2, false},
         {"storage read by 8 bytes", STORAGE, 3, true}};
     for (const auto &kind : kinds) {
-      Burst b{};
-      b.address = uint64_t(kind.memory) << Built::REGION_BITS;
-      b.len = 15;
-      b.size = kind.size;
-      b.kind = 1;
-      for (uint32_t i = 0; i < 16; ++i) {
-        b.data.push_back(i);
-        b.strobes.push_back(kind.size == 3 ? 0xff : i % 2 ? 0xf0 : 0x0f);
-      }
       if (kind.memory == CODE) access(DIGEST, true);
-      if (kind.read) read_address.push_back(b), reads.push_back(b);
-      else write_address.push_back(b), writes.push_back(b);
-      for (uint32_t i = 0; i < 16 && !kind.read; ++i) write_data.push_back({b.data[i], b.strobes[i], i == 15});
+      sixteen(kind.memory, kind.size, kind.read);
       settle();
       std::printf("clocks %s %" PRIu64 "\n", kind.what, last_answer - accepted + 1);
       if (kind.memory != CODE) continue;
       access(DIGEST, false);
       std::printf("digest %s %" PRIu32 "\n", kind.what, digest);
     }
+    for (int i = 0; i < 16; ++i) sixteen(STORAGE, 3, false);
+    while (writes.size() > 15) step();
+    const uint64_t from = now;
+    sixteen(STORAGE, 3, true);
+    while (!reads.empty() && !writes.empty()) step();
+    std::printf("clocks storage read by 8 bytes while writes wait %" PRIu64 "\n", now - from);
+    settle();
     for (const auto *list : {&faults, &engine.faults, &lite.faults, &burst.faults})
       for (const auto &line : *list) std::printf("fault %s\n", line.c_str());
     return faults.empty() && engine.faults.empty() && lite.faults.empty() && burst.faults.empty();
   }
 
  private:
+  // A burst of 16 beats of 2^size bytes from the begin of a memory on.
+  void sixteen(uint32_t memory, uint32_t size, bool read) {
+    Burst b{};
+    b.address = uint64_t(memory) << Built::REGION_BITS;
+    b.len = 15;
+    b.size = size;
+    b.kind = 1;
+    for (uint32_t i = 0; i < 16; ++i) {
+      b.data.push_back(i);
+      b.strobes.push_back(size == 3 ? 0xff : i % 2 ? 0xf0 : 0x0f);
+    }
+    if (read) read_address.push_back(b), reads.push_back(b);
+    else write_address.push_back(b), writes.push_back(b);
+    for (uint32_t i = 0; i < 16 && !read; ++i) write_data.push_back({b.data[i], b.strobes[i], i == 15});
+  }
   void settle() {
-    for (int i = 0; i < 200 && owes(); ++i) step();
+    for (int i = 0; i < 2000 && owes(); ++i) step();
     if (owes()) fault("no answer");
   }
   // One register access to its end.
@@ -106,10 +119,12 @@ class Traffic {
     settle();
   }
   void reset() {
+    dut.bus_answer = 0;
+    drive();
     dut.reset = 1;
     dut.lite_awvalid = dut.lite_wvalid = dut.lite_arvalid = dut.awvalid = dut.wvalid = dut.arvalid = 0;
     dut.lite_bready = dut.lite_rready = dut.bready = dut.rready = 0;
-    for (int i = 0; i < 5; ++i) clock_edge();
+    for (int i = 0; i < RESET_CLOCKS; ++i) clock_edge();
     dut.reset = 0;
   }
   static Sizes built() {
@@ -529,6 +544,7 @@ class Traffic {
 }  // namespace
 
 int main(int argc, char **argv) {
+  begin_with_bits_of(seed_of_start());
   Verilated::commandArgs(argc, argv);  // a test's RTL may ask for a +NAME
   if (argc == 2 && std::string(argv[1]) == "timing") return Traffic(1, 0).timing() ? 0 : 1;
   if (argc < 3) {

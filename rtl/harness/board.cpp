@@ -8,6 +8,7 @@
 
 #include "Vulx3s.h"
 #include "serial.hpp"
+#include "start.hpp"
 #include "verilated.h"
 
 int main(int count, char **arguments) {
@@ -16,6 +17,7 @@ int main(int count, char **arguments) {
     return 2;
   }
   VerilatedContext context;
+  begin_with_bits_of(seed_of_start(0), context);  // an FPGA's begin so, and the core is not ours
   Vulx3s top{&context};
   const uint64_t limit = std::strtoull(arguments[1], nullptr, 10);
   Serial serial{std::atoi(arguments[2])};

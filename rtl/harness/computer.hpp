@@ -42,11 +42,20 @@ template <std::size_t N> void set_port(VlWide<N> &port, const std::string &hex) 
 
 class Computer {
  public:
+  Computer() {
+    dut.clock = dut.bus_write = dut.bus_read = dut.bus_address = dut.bus_value = 0;
+    dut.host_write = dut.host_read = dut.host_address = dut.host_word = 0;
+    dut.code_write = dut.code_address = dut.template_write = dut.template_address = dut.template_word = 0;
+    set_port(dut.code_word, "0");
+    reset();
+    clocks = 0;
+    segments.clear();  // what random bits ran before the reset
+  }
+
   // Reset registers, flags and checks; microcode stays, storage counts as unwritten.
   void reset() {
     dut.reset = 1;
-    clock();
-    clock();
+    for (int i = 0; i < RESET_CLOCKS; ++i) clock();
     dut.reset = 0;
     violations.fill(0);
     busy_cycles = 0;
@@ -173,6 +182,8 @@ class Computer {
   std::vector<std::array<uint32_t, 2>> segments;  // that have ended: number, busy cycles by the engine's own counter
 
  private:
+  static constexpr int RESET_CLOCKS = 2;
+
   Vengine dut;
   uint32_t random = 1, level = 0;
   bool was_busy = false;

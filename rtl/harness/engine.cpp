@@ -10,6 +10,7 @@
 #include "case_file.hpp"
 #include "computer.hpp"
 #include "session.hpp"
+#include "start.hpp"
 
 namespace {
 
@@ -102,6 +103,7 @@ bool execute(Computer &computer, const Run &run, std::vector<uint64_t> &storage)
 }  // namespace
 
 int main(int argc, char **argv) {
+  begin_as_engine(Built::PARITY);
   Verilated::commandArgs(argc, argv);  // a test's RTL may ask for a +NAME
   bool good = argc > 1;
   if (!good) std::fprintf(stderr, "usage: engine FILE ... | engine -\n");

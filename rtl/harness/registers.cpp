@@ -8,9 +8,12 @@
 #include <string>
 
 #include "Vregisters.h"
+#include "start.hpp"
 
 int main() {
+  begin_with_bits_of(seed_of_start());
   Vregisters dut;
+  dut.clock = dut.run = dut.run_segment = dut.finished = 0;
   constexpr uint16_t STATUS = 0x10;
   std::string line;
   while (std::cin >> line) {

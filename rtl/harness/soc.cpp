@@ -7,6 +7,7 @@
 #include <string>
 
 #include "Vsoc.h"
+#include "start.hpp"
 #include "verilated.h"
 #if VM_TRACE
 #include "verilated_fst_c.h"
@@ -57,6 +58,7 @@ int main(int count, char **arguments) {
     return 2;
   }
   VerilatedContext context;
+  begin_with_bits_of(seed_of_start(0), context);  // the core is not ours
   context.commandArgs(count, (const char **)arguments);
   Vsoc top{&context};
   Trace trace{context, top};
@@ -73,7 +75,7 @@ int main(int count, char **arguments) {
   int code = -1;
   bool line_open = false;
   bool tick = true;
-  top.reset_input = 1;
+  top.next_tick = top.reset_input = 1;
   for (; code < 0 && clocks < limit; ++clocks) {
     edges += tick;
     if (clocks == uint64_t(64 * ratio)) top.reset_input = 0;

@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "Vunits.h"
+#include "start.hpp"
 #include "vectors.hpp"
 
 namespace {
@@ -22,6 +23,7 @@ struct Outcome {
 class Bench {
  public:
   Bench(Format format, uint64_t seed) : f(format), pause(seed) {
+    dut.subtract = dut.start = dut.root = dut.a = dut.b = 0;
     dut.reset = 1;
     dut.enable = 1;
     clock();
@@ -114,6 +116,7 @@ int main(int argc, char **argv) {
   const int add = std::atoi(argv[3]), mul = std::atoi(argv[4]), div = std::atoi(argv[5]);
   const uint64_t interval = std::strtoull(argv[6], nullptr, 10);
   const uint64_t vectors = std::strtoull(argv[7], nullptr, 10), seed = std::strtoull(argv[8], nullptr, 10);
+  begin_with_bits_of(seed_of_start());
   const int latency[] = {add, add, mul, div, div, 0};
   const uint64_t intervals[] = {1, 1, 1, interval, interval, 1};
   Bench bench(format, seed);

@@ -5,6 +5,7 @@
 // Logic behind a bit sees it before the next clock edge.
 #include "computer.hpp"
 #include "session.hpp"
+#include "start.hpp"
 #include "verilated.h"
 #include "verilated_syms.h"
 
@@ -44,4 +45,7 @@ class Upsets final : public Session<Computer> {
 
 }  // namespace
 
-int main() { return std::make_unique<Upsets>()->run(std::cin) ? 0 : 2; }
+int main() {
+  begin_as_engine(Built::PARITY);
+  return std::make_unique<Upsets>()->run(std::cin) ? 0 : 2;
+}
