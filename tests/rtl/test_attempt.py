@@ -162,6 +162,8 @@ def a_fault_halts_the_program(attempts: Attempts) -> None:
 def a_row_without_its_module_is_no_segment(attempts: Attempts) -> None:
     for number, words in enumerate(({4: 1}, {8: 0}, {16: 0}, {28: 0}), start=10):
         attempts.session.reset()
+        attempts.row(number, {0: Module.PS})  # the memory keeps it, the reset forgets that it is there
+        attempts.session.reset()
         attempts.sequence = 0
         attempts.row(number, words)
         attempts.frame(0, number, Control.PUBLISH)

@@ -69,7 +69,7 @@ def test_a_program_that_never_ends_is_told(machine: Machine, tmp_path: Path) -> 
             "--partition none --limit-clocks 9",
             "--limit-clocks = 9: partition 'none' has nothing on the PL to stop",
         ),
-        ("--limit-clocks 0", "0 is not in the range 1<=x<=4294967295"),
+        ("--limit-clocks 0", "'--limit-clocks': Input should be greater than or equal to 1"),
         ("--solves 9", "allowed is first, all, or numbers from 1 to 1"),
     ],
 )
