@@ -19,7 +19,9 @@ from .model.instants import at_nodes
 from .model.nearest import Search
 from .model.problem import Forms
 from .scenario import Scenario
+from .search.draws import drawn
 from .search.sequence import (
+    RULES,
     Attempt,
     attempt,
     beside,
@@ -155,7 +157,8 @@ def _planned(
     safe = [each for each in attempts if each.found]
     if not safe:
         return _nothing(approach, attempts, rows)
-    best = min(safe, key=lambda each: each.reference.cost)
+    # What a draw saves must be more than sequences settle to.
+    best = min(safe, key=lambda each: each.reference.cost * (1.0 + each.drawn * RULES.step_tol))
     used_forms = best.forms or forms
     try:  # with all the instants that the plan asked for
         _, row = solve_convex(
@@ -184,8 +187,9 @@ def _attempts(
     approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
 ) -> tuple[tuple[Attempt, ...], Iteration]:
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
-    also drift by drift, if all of these settle about the drifts as they come, and beside the best across the orbital plane. If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it
-    on ways that turn. And the solve of that flight."""
+    also drift by drift, if all of these settle about the drifts as they come, beside the best across the orbital plane, and about draws.
+    If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it on ways that turn. And the
+    solve of that flight."""
     scenario = approach.scenario
     free, row = solve_convex(approach, forms, at_nodes(approach), solve)
     solution = row.solution
@@ -213,6 +217,11 @@ def _attempts(
     dear = cheapest is not None and cheapest.reference.cost > WORTH_MORE * solution.objective
     if cheapest is not None and cheapest.reference.safe is not None and dear and not approach.held:
         found.append(beside(approach, cheapest.reference.safe, solve, callback))
+        best_flight = min(
+            (each for each in found if each.found), key=lambda each: each.reference.cost
+        ).reference.safe
+        assert best_flight is not None
+        found += drawn(approach, [free.programme(solution), best_flight], solve, callback)
     return tuple(found), row
 
 

@@ -64,6 +64,8 @@ class Attempt:
     """Of an infeasible problem: the conditions that contradict each other."""
     forms: Forms | None = None
     """Of its problems, where these are not of the approach as it is given."""
+    drawn: bool = False
+    """Whether it began about a draw."""
 
     @property
     def found(self) -> bool:
@@ -136,11 +138,12 @@ def attempt(
     start: Found | None = None,
     *,
     any_safe: bool = False,
+    rules: Rules = RULES,
 ) -> Attempt:
     """The sequence whose first planes have normals (K, 3), or are about a safe flight with its instants, `start`, or about the
     flight that knows no keep-out.
 
-    With `any_safe` it ends with the first safe flight.
+    With `any_safe` it ends with the first safe flight; otherwise as the rules say.
     """
     search = Search(approach)
     built: list[Filled] = []
@@ -178,7 +181,7 @@ def attempt(
     known = None if start is None else start.safe
     if start is not None and known is not None:
         first = forms.begun(start.instants, Instants(keep_out=search.broken(known).instants.keep_out))
-    rules = SHORT if any_safe else RULES
+    rules = SHORT if any_safe else rules
     outcome = sequential_convex(Found(None, first), linearise, solve=solve, rules=rules, callback=callback)
     why = ""
     if outcome.reason is ExitReason.SUBPROBLEM_INFEASIBLE:
