@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from .search.draws import drawn
 from .search.sequence import (
     RULES,
     Attempt,
+    about,
     attempt,
     beside,
     cost_of,
@@ -102,9 +104,25 @@ class ApproachPlan:
 def made(
     scenario: Scenario, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
 ) -> ApproachPlan:
-    """The plan, flown."""
+    """The plan, flown. Where its flights refuse one about a draw, the cheapest other one is flown."""
     found = planned(scenario, solve, callback)
-    return found if found.programme is None else _flown(found)
+    if found.programme is None:
+        return found
+    first, other = _flown(found), _undrawn(found)
+    if first.status is PlanStatus.VERIFIED or other is None:
+        return first
+    second = _flown(other)
+    return second if second.status is PlanStatus.VERIFIED else first
+
+
+def _undrawn(found: ApproachPlan) -> ApproachPlan | None:
+    """The cheapest plan of starts that were not drawn, where the plan is about a draw."""
+    safe = [each for each in found.attempts if each.found]
+    others = [each for each in safe if not each.drawn]
+    best = _cheapest(safe)
+    if not others or not best.drawn:
+        return None
+    return replace(found, **_told(_cheapest(others), found.attempts))
 
 
 def planned(
@@ -120,7 +138,7 @@ def planned(
         if lacking <= 0.0:
             break
         larger = replace(found.approach, errors_m=found.approach.errors_m + MORE * lacking)
-        next_ = _planned(larger, solve, callback)
+        next_ = _planned(larger, solve, callback, found.programme)
         if next_.programme is None and next_.status is not PlanStatus.INTERRUPTED:
             break
         found = replace(next_, subproblems=_numbered((*found.subproblems, *next_.subproblems)))
@@ -136,9 +154,12 @@ def _lacking_m(found: ApproachPlan) -> float:
 
 
 def _planned(
-    approach: Approach, solve: Solve | None = None, callback: Callable[[Iteration], None] | None = None
+    approach: Approach,
+    solve: Solve | None = None,
+    callback: Callable[[Iteration], None] | None = None,
+    known: ImpulseProgramme | None = None,
 ) -> ApproachPlan:
-    """The plan about the keep-out as the approach has it."""
+    """The plan about the keep-out as the approach has it; `known` is the plan about a smaller one."""
     scenario, used = approach.scenario, uninterrupted(solve)
     forms = Forms(approach)
     try:
@@ -149,7 +170,7 @@ def _planned(
                 scenario, approach, PlanStatus.INFEASIBLE, ExitReason.SUBPROBLEM_INFEASIBLE,
                 bound.why(row.solution), subproblems=(row,),
             )  # fmt: skip
-        attempts, free = _attempts(approach, forms, used, callback)
+        attempts, free = _attempts(approach, forms, used, callback, known)
     except KeyboardInterrupt:
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     solved = (row, free, *(each for attempt in attempts for each in attempt.subproblems))
@@ -157,8 +178,7 @@ def _planned(
     safe = [each for each in attempts if each.found]
     if not safe:
         return _nothing(approach, attempts, rows)
-    # What a draw saves must be more than sequences settle to.
-    best = min(safe, key=lambda each: each.reference.cost * (1.0 + each.drawn * RULES.step_tol))
+    best = _cheapest(safe)
     used_forms = best.forms or forms
     try:  # with all the instants that the plan asked for
         _, row = solve_convex(
@@ -168,15 +188,26 @@ def _planned(
         return ApproachPlan(scenario, approach, PlanStatus.INTERRUPTED, ExitReason.INTERRUPTED, "interrupted")
     least = row.solution.dual_objective if row.solution.status is Status.SOLVED else None
     rows = (*rows, replace(row, number=len(rows) + 1))
+    return ApproachPlan(
+        scenario, approach, PlanStatus.NOT_VERIFIED, attempts=attempts, lower_bound=least, subproblems=rows,
+        **_told(best, attempts),
+    )  # fmt: skip
+
+
+def _cheapest(safe: Sequence[Attempt]) -> Attempt:
+    """Of attempts that found something; what a draw saves must be more than sequences settle to."""
+    return min(safe, key=lambda each: each.reference.cost * (1.0 + each.drawn * RULES.step_tol))
+
+
+def _told(best: Attempt, attempts: Sequence[Attempt]) -> dict[str, Any]:
+    """How the plan of an attempt ended, and its programme."""
     programme, others = best.reference.safe, len(attempts) - 1
     assert programme is not None
-    programme = ImpulseProgramme(
-        programme.times_s, np.where(np.abs(programme.dv_m_s) < 1e-7, 0.0, programme.dv_m_s)
-    )
+    dv = np.where(np.abs(programme.dv_m_s) < 1e-7, 0.0, programme.dv_m_s)
     message = f"{best.message}; first {best.side}" + (f", cheaper than {others} other ways" if others else "")
-    return ApproachPlan(
-        scenario, approach, PlanStatus.NOT_VERIFIED, best.reason, message, programme, attempts, least, rows
-    )
+    return {
+        "exit_reason": best.reason, "message": message, "programme": ImpulseProgramme(programme.times_s, dv),
+    }  # fmt: skip
 
 
 def _numbered(rows: tuple[Iteration, ...]) -> tuple[Iteration, ...]:
@@ -184,12 +215,16 @@ def _numbered(rows: tuple[Iteration, ...]) -> tuple[Iteration, ...]:
 
 
 def _attempts(
-    approach: Approach, forms: Forms, solve: Solve, callback: Callable[[Iteration], None] | None
+    approach: Approach,
+    forms: Forms,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
+    known: ImpulseProgramme | None,
 ) -> tuple[tuple[Attempt, ...], Iteration]:
     """From the flight that knows no keep-out alone, where it is safe; otherwise from each side, and where that costs far more
-    also drift by drift, if all of these settle about the drifts as they come, beside the best across the orbital plane, and about draws.
-    If nothing is found from that flight, then with a keep-out that grows, as the drifts come and about it on ways that turn. And the
-    solve of that flight."""
+    also drift by drift, if all of these settle about the drifts as they come, beside the best across the orbital plane, and about draws,
+    or instead of them about a plan that is known. If nothing is found from that flight, then with a keep-out that grows, as the drifts
+    come and about it on ways that turn. And the solve of that flight."""
     scenario = approach.scenario
     free, row = solve_convex(approach, forms, at_nodes(approach), solve)
     solution = row.solution
@@ -217,11 +252,13 @@ def _attempts(
     dear = cheapest is not None and cheapest.reference.cost > WORTH_MORE * solution.objective
     if cheapest is not None and cheapest.reference.safe is not None and dear and not approach.held:
         found.append(beside(approach, cheapest.reference.safe, solve, callback))
-        best_flight = min(
-            (each for each in found if each.found), key=lambda each: each.reference.cost
-        ).reference.safe
-        assert best_flight is not None
-        found += drawn(approach, [free.programme(solution), best_flight], solve, callback)
+        if known is not None:
+            again = about(approach, "about the plan before", known, solve, callback)
+            found.append(replace(again, drawn=True))
+            return tuple(found), row
+        best_flight = min((each for each in found if each.found), key=lambda each: each.reference.cost)
+        assert best_flight.reference.safe is not None
+        found += drawn(approach, [free.programme(solution), best_flight.reference.safe], solve, callback)
     return tuple(found), row
 
 

@@ -33,8 +33,8 @@ class Broken:
 class Search:
     """Looks for the worst instants of flights of one approach; what does not depend on the flight is kept."""
 
-    def __init__(self, approach: Approach) -> None:
-        self.approach = approach
+    def __init__(self, approach: Approach, of_an_arc: int = AN_ARC) -> None:
+        self.approach, self.of_an_arc = approach, of_an_arc
 
     def broken(self, programme: ImpulseProgramme, normals: Array | None = None) -> Broken:
         """Of a programme at the approach's instants; with `normals` (K, 3) the drift after an impulse stays beyond the plane of
@@ -75,21 +75,21 @@ class Search:
 
     @cached_property
     def _arc_times(self) -> Array:
-        """Instants of each arc, (K, AN_ARC + 1)."""
-        shares = np.linspace(0.0, 1.0, AN_ARC + 1)
+        """Instants of each arc, (K, `of_an_arc` + 1)."""
+        shares = np.linspace(0.0, 1.0, self.of_an_arc + 1)
         starts, ends = self.approach.times_s, self.approach.ends_s
         return np.asarray(starts[:, None] + shares * (ends - starts)[:, None])
 
     @cached_property
     def _arcs(self) -> Array:
-        """From what each arc begins with to the states at those instants, (K, AN_ARC + 1, 6, …)."""
+        """From what each arc begins with to the states at those instants, (K, `of_an_arc` + 1, 6, …)."""
         times = self._arc_times
-        arcs = np.repeat(np.arange(len(times)), AN_ARC + 1)
+        arcs = np.repeat(np.arange(len(times)), self.of_an_arc + 1)
         found = self.approach.responses(times.ravel(), arcs, np.ones(arcs.size))
         return found.reshape(*times.shape, 6, -1)
 
     def _least(self, margins: Array, wanted: Flags) -> list[tuple[Instant, float]]:
-        """The instant of the least margin of each arc, of margins (K, AN_ARC + 1)."""
+        """The instant of the least margin of each arc, of margins (K, `of_an_arc` + 1)."""
         best = margins.argmin(axis=1)
         return [
             (Instant(k, float(self._arc_times[k, best[k]])), float(margins[k, best[k]]))

@@ -17,6 +17,7 @@ from orbsoc.orbit.array import Array
 
 from ..model.approach import Approach
 from ..model.instants import Instants, at_nodes
+from ..model.nearest import Search
 from ..model.problem import Forms
 from .sequence import RULES, Attempt, Found, attempt
 
@@ -28,6 +29,8 @@ A_LITTLE = replace(RULES, max_iterations=16)
 TO_THE_END = replace(RULES, max_iterations=80)
 FINALISTS = 2
 """Starts that go to the end."""
+OF_AN_ARC = 96
+"""Intervals of an arc at which it is looked at: flights round the target turn more on it."""
 
 
 def drawn(
@@ -38,7 +41,7 @@ def drawn(
 ) -> list[Attempt]:
     """Sequences about draws of these flights, the same at each call; those that went to the end come first."""
     solid = replace(approach, across=True)
-    forms, random = Forms(solid), np.random.default_rng(0)
+    forms, search, random = Forms(solid), Search(solid, OF_AN_ARC), np.random.default_rng(0)
     to_gate = _that_arrive(approach)
     size = SPREAD * float(np.max(approach.outer_m)) * approach.mean_motion_rad_s
     found: list[Attempt] = []
@@ -48,11 +51,21 @@ def drawn(
         dv[: len(kicks)] += size * kicks
         start = Found(ImpulseProgramme(flight.times_s, dv), forms.begun(at_nodes(solid), Instants()))
         name = f"about draw {len(found) + 1}"
-        found.append(attempt(solid, forms, name, None, solve, callback, start, rules=A_LITTLE))
+        found.append(attempt(solid, forms, name, None, solve, callback, start, rules=A_LITTLE, search=search))
     found.sort(key=lambda each: each.reference.cost if each.found else np.inf)
     for k, each in enumerate(found[:FINALISTS]):
         if each.found:
-            more = attempt(solid, forms, each.side, None, solve, callback, each.reference, rules=TO_THE_END)
+            more = attempt(
+                solid,
+                forms,
+                each.side,
+                None,
+                solve,
+                callback,
+                each.reference,
+                rules=TO_THE_END,
+                search=search,
+            )
             better = more if more.found and more.reference.cost < each.reference.cost else each
             found[k] = replace(better, subproblems=(*each.subproblems, *more.subproblems))
     return [replace(each, forms=forms, drawn=True) for each in found]

@@ -139,13 +139,14 @@ def attempt(
     *,
     any_safe: bool = False,
     rules: Rules = RULES,
+    search: Search | None = None,
 ) -> Attempt:
     """The sequence whose first planes have normals (K, 3), or are about a safe flight with its instants, `start`, or about the
     flight that knows no keep-out.
 
     With `any_safe` it ends with the first safe flight; otherwise as the rules say.
     """
-    search = Search(approach)
+    search = search or Search(approach)
     built: list[Filled] = []
 
     def linearise(reference: Found) -> Subproblem[Found]:
@@ -210,12 +211,24 @@ def beside(
 ) -> Attempt:
     """About the flight after a kick across the orbital plane: from planes that hold no direction across it nothing leaves it, and
     drifts may pass beside the keep-out for less."""
-    solid = replace(approach, across=True)
     dv = flight.dv_m_s.copy()
     dv[0, 2] += ACROSS * float(np.max(approach.outer_m)) * approach.mean_motion_rad_s
+    kicked = ImpulseProgramme(flight.times_s, dv)
+    return about(approach, "across the orbital plane", kicked, solve, callback)
+
+
+def about(
+    approach: Approach,
+    name: str,
+    flight: ImpulseProgramme,
+    solve: Solve,
+    callback: Callable[[Iteration], None] | None,
+) -> Attempt:
+    """About a flight that need not be safe, in the orbital plane and across it."""
+    solid = replace(approach, across=True)
     forms = Forms(solid)
-    start = Found(ImpulseProgramme(flight.times_s, dv), forms.begun(at_nodes(solid), Instants()))
-    found = attempt(solid, forms, "across the orbital plane", None, solve, callback, start)
+    start = Found(flight, forms.begun(at_nodes(solid), Instants()))
+    found = attempt(solid, forms, name, None, solve, callback, start)
     return replace(found, forms=forms)
 
 
