@@ -255,10 +255,10 @@ def _attempts(
         if known is not None:
             again = about(approach, "about the plan before", known, solve, callback)
             found.append(replace(again, drawn=True))
-            return tuple(found), row
-        best_flight = min((each for each in found if each.found), key=lambda each: each.reference.cost)
-        assert best_flight.reference.safe is not None
-        found += drawn(approach, [free.programme(solution), best_flight.reference.safe], solve, callback)
+        elif approach.horizon_s < np.inf:  # for all time each look at a flight takes a branch and bound
+            first = min((each for each in found if each.found), key=lambda each: each.reference.cost)
+            assert first.reference.safe is not None
+            found += drawn(approach, [free.programme(solution), first.reference.safe], solve, callback)
     return tuple(found), row
 
 
