@@ -244,7 +244,7 @@ def parity_area(shape: Shape, fabric: Fabric, code_bits: int) -> dict[Kind, floa
 
 
 def stream_area(ports: int, line: int, area: Area) -> dict[Kind, float]:
-    """What reads streamed microcode with lines of `line` bits by so many ports, a part of each line by each."""
+    """What reads streamed microcode with lines of `line` bits by some ports, a part of each line by each."""
     fabric = fabric_of(area)
     return {
         "lut": ports * area.lut_stream.value + fabric.stream["lut"] + fabric.stream_line["lut"] * line,

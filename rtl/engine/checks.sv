@@ -50,10 +50,12 @@ module checks #(
   logic [EPOCH-1:0] pending[0:(1<<A)-1];
   initial begin
     epoch = EPOCH'(1);
+`ifndef SYNTHESIS  // yosys reads every module, and unrolls the loop
     for (int i = 0; i < 1 << A; i++) begin
       written[i] = '0;
       pending[i] = '0;
     end
+`endif
   end
   always_ff @(posedge clock) begin
     if (reset) epoch <= epoch + EPOCH'(1);

@@ -44,7 +44,7 @@ class Shape(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Cycles from an address to the first beat; beats in so many cycles."""
+    """Cycles from an address to the first beat; `beats` beats in `per` cycles."""
 
     latency: int
     beats: int

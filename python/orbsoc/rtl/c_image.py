@@ -38,7 +38,7 @@ def c_source(
 
     Beside `name` there are `name_buffers`, an `orbsoc_pl_buffer` for each buffer in the order of its flag, with an enumerator each,
     and under resident control `name_cold` and `name_warm`. `modules`: those on the PL, where it has not all; the program is
-    of their stages alone, and under the PS's control. `stream`: for an engine that streams compressed microcode by so many ports,
+    of their stages alone, and under the PS's control. `stream`: for an engine that streams compressed microcode by that number of ports,
     whose parts of the lines lie one behind the other. Raises EngineError as `pl_program` does.
     """
     control, streams = control_of(modules, resident=resident)

@@ -229,7 +229,7 @@ pub struct SegmentDemand(Demand);
 
 #[pymethods]
 impl SegmentDemand {
-    /// Busy cycles where the lines come from memory, by so many ports with beats of so many bits; a burst comes `latency` cycles
+    /// Busy cycles where the lines come from memory, by `ports` with beats of `beat_bits`; a burst comes `latency` cycles
     /// after its address, and `beats` beats in `per` cycles.
     #[pyo3(signature = (*, ports, beat_bits, latency, beats, per))]
     fn cycles(
