@@ -27,6 +27,7 @@ __all__ = [
     "RawBatch",
     "RawSolution",
     "RestartInfo",
+    "SegmentDemand",
     "StageInfo",
     "__version__",
     "check_cost",

@@ -38,8 +38,8 @@ impl ProgramImage {
 }
 
 /// What is loaded into microcode memory and storage before the first segment, and the addresses of the buffers.
-#[pyfunction]
 /// `stream`: ports of streamed microcode, compressed; 0: it is loaded.
+#[pyfunction]
 #[pyo3(signature = (program, format, *, seed=1, level=0, stream=0))]
 pub fn program_image(
     py: Python<'_>,
