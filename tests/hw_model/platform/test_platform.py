@@ -28,7 +28,7 @@ def test_a_shipped_platform_loads_and_every_number_has_a_source(name: str) -> No
     platform = load_platform(name)
     assert platform.name == name
     rows = dict(platform.parameters())
-    assert len(rows) == len(list(platform.parameters())) == 120
+    assert len(rows) == len(list(platform.parameters())) == 121
     for row in rows.values():
         assert row.tag in get_args(Tag)
         assert row.source.strip()
