@@ -57,13 +57,12 @@ MEMORIES = {
     "start streamed": {"pl.microcode_memory": "streamed_start"},
     "start streamed, exact depth": {"pl.microcode_memory": "streamed_start", "pl.storage_depth": "exact"},
     "streamed, exact depth": {"pl.microcode_memory": "streamed", "pl.storage_depth": "exact"},
-    "streamed by four ports, exact depth": {
+    "streamed by {ports} ports, exact depth": {
         "pl.microcode_memory": "streamed",
         "pl.storage_depth": "exact",
-        "pl.stream_ports": 4,
     },
 }
-"""All but the first are priced without RTL."""
+"""A start that is streamed and exact depth are priced without RTL. `ports`: as many as a line of the engine has words of 64 bits, 4 at most."""
 YARDSTICK_MHZ = 150.0
 
 
@@ -149,8 +148,10 @@ def engines(base: Platform, mhz: float) -> Iterator[tuple[str, Platform]]:
     """Each engine with each place for its microcode, in words."""
     for (engine, shape), form, (memory, places) in product(ENGINES.items(), FORMATS, MEMORIES.items()):
         clock = {} if mhz == base.pl.clock_mhz.value else {"pl.clock_mhz": mhz}  # the device's own has a band
-        settings = shape | places | clock | {"pl.microcode_format": form}
-        yield f"{engine}, {form}, {memory}", base.with_values(settings)
+        ports = min(4, shape["pl.lanes"] // 2)
+        several = {"pl.stream_ports": ports} if "{ports}" in memory else {}
+        settings = shape | places | clock | several | {"pl.microcode_format": form}
+        yield f"{engine}, {form}, {memory.format(ports=ports)}", base.with_values(settings)
 
 
 def compared(works: Sequence[Ordered], work: Ordered, platform: Platform, name: str) -> dict[str, Any]:
