@@ -78,7 +78,7 @@ class AxiComputer {
     if (Built::STREAM) stream.drive(dut, Built::STREAM, Built::BEAT / 8);
     dut.eval();
     if (dut.aresetn) look();
-    if (Built::STREAM) stream.see(dut, Built::STREAM, Built::BEAT / 8);
+    if (Built::STREAM && dut.aresetn) stream.see(dut, Built::STREAM, Built::BEAT / 8);
     const auto &inside = *dut.axi_engine;
     for (int i = 0; i < RULE_COUNT; ++i) violations[std::size_t(i)] += inside.violations >> i & 1;
     if (was_busy && !inside.busy) segments.push_back({uint32_t(inside.running), uint32_t(inside.cycles)});
