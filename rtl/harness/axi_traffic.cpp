@@ -122,6 +122,7 @@ class Traffic {
     dut.bus_answer = 0;
     drive();
     dut.reset = 1;
+    dut.stream_failed = 0;  // no stream here
     dut.lite_awvalid = dut.lite_wvalid = dut.lite_arvalid = dut.awvalid = dut.wvalid = dut.arvalid = 0;
     dut.lite_bready = dut.lite_rready = dut.bready = dut.rready = 0;
     for (int i = 0; i < RESET_CLOCKS; ++i) clock_edge();
