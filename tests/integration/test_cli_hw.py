@@ -175,6 +175,13 @@ def test_budget_exits_1_when_it_does_not_fit(workload: Path, tmp_path: Path) -> 
     assert {row["tag"] for row in document["assumptions"]} <= set(get_args(Tag))
 
 
+def test_budget_says_that_streamed_microcode_is_not_on_the_chip(workload: Path, tmp_path: Path) -> None:
+    done = invoke("budget", workload, "--set", "pl.microcode_memory=streamed", "--out", tmp_path)
+    assert done.exit_code == 0
+    assert "streamed from memory, through buffers of" in done.stdout
+    assert "nothing is on the PL" not in done.stdout
+
+
 def test_calibrate_writes_a_platform_that_the_other_commands_take(workload: Path, tmp_path: Path) -> None:
     times = tmp_path / "times.csv"
     times.write_text("stage,runs,microseconds\nfactorize,10,50.0\nstatistics,10,60.0\n", encoding="utf-8")

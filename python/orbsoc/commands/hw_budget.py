@@ -93,6 +93,8 @@ def _of_all(platform: Platform) -> str:
 
 def _microcode(found: Budget, platform: Platform) -> str:
     """Words, stored bits and block RAMs; whether the bits were counted or assumed."""
+    if not found.microcode_words and found.microcode_bram36:
+        return f"microcode none on the chip: streamed from memory, through buffers of {found.microcode_bram36} BRAM36"
     if not found.microcode_words:
         return "no microcode: nothing is on the PL"
     if platform.pl.microcode_format.value == "flat":
