@@ -6,6 +6,7 @@ import json
 import re
 from typing import Any
 
+from hw_model.platform.shape_clock import clock_law
 from scripts.record_synthesis import FORMATS, ROOT
 
 RECORD = ROOT / "hw_model" / "platform" / "route.json"
@@ -92,8 +93,28 @@ def table() -> str:
             f" | `{worst['from']}` to `{worst['to']}`, {100 * worst['routing']:.0f} % |"
         )
     if any(row["module"] == "engine" for row in rows):
+        lines += shapes()
         lines += ["", "| device | PL clock scaled to it, MHz | low | high |", "|---|--:|--:|--:|"]
         for device in PUBLISHED_MHZ:
             low, value, high = scaled_clock_mhz(device, rows)
             lines.append(f"| `{device}` | {value} | {low} | {high} |")
     return "\n".join(lines) + "\n"
+
+
+def shapes() -> list[str]:
+    """The law of the clock by shape, beside the engines that it is fitted to."""
+    law = clock_law(RECORD)
+    lines = [
+        "",
+        "| engine on the ECP5 | mean of its seeds, MHz | by the law | without it |",
+        "|---|--:|--:|--:|",
+    ]
+    for shape, mhz in law.shapes.items():
+        lanes = "one lane" if shape.lanes == 1 else f"{shape.lanes} lanes, {shape.clusters} clusters"
+        how = "compressed" if shape.compressed else "flat"
+        try:
+            left_out = f"{law.without(shape).mhz(shape):.1f}"
+        except ValueError:
+            left_out = ""
+        lines.append(f"| {shape.datapath}, {lanes}, {how} | {mhz:.1f} | {law.mhz(shape):.1f} | {left_out} |")
+    return lines

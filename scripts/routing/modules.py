@@ -13,9 +13,11 @@ TILES = ("-DPRODUCT_WIDE=18", "-DPRODUCT_NARROW=18")
 """The multiplier block takes 18 by 18 bits."""
 
 
-def _engine(fp: int, lanes: int, sequencer: int) -> str:
-    clusters = f" CLUSTERS={lanes}" if lanes > 1 else ""
-    store = f"BANKS={4 * lanes}{clusters} ADDRESS_BITS=12 CODE_BITS=10"
+def _engine(fp: int, lanes: int, sequencer: int, clusters: int | None = None) -> str:
+    """`clusters`: one a lane by default."""
+    clusters = clusters or lanes
+    split = f" CLUSTERS={clusters}" if clusters > 1 else ""
+    store = f"BANKS={4 * lanes}{split} ADDRESS_BITS=12 CODE_BITS=10"
     return f"FP={fp} LANES={lanes} {store} SEQUENCER={sequencer} CHECKS=0"
 
 
@@ -29,10 +31,15 @@ ENGINES = [
 """Bits of a word, lanes, each in a cluster of its own, microcode. The default store of 2^17 flat words fits no such part."""
 WIDEST = ("engine", _engine(64, 4, FLAT))
 """Routed from one seed: it takes nextpnr three quarters of an hour."""
+SHAPES = [
+    ("engine", _engine(*shape))
+    for shape in ((32, 2, FLAT), (64, 2, FLAT), (32, 2, FLAT, 1), (32, 4, COMPRESSED), (32, 8, FLAT))
+]
+"""For the clock as a function of the shape, from one seed each: two lanes, one crossbar, compressed microcode, eight lanes."""
 ROWS = [
     *(("ecp5_85_8", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 6)),
     *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
-    ("ecp5_85_8", *WIDEST, 1),
+    *(("ecp5_85_8", *engine, 1) for engine in (WIDEST, *SHAPES)),
     ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
     ("ecp5_85_8", "axi_stream", "PORTS=2 FETCH=128 BEAT=64 CODE_BITS=17", 1),
     *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),

@@ -34,6 +34,7 @@ def budget(
         from hw_model.area.budget import budget as priced
         from hw_model.figures.area import area_figure
         from hw_model.report.best import chosen_partition
+        from hw_model.report.clock_of_shape import clock_of_shape
         from hw_model.report.loading import loading
         from hw_model.report.remedies import remedies
         from hw_model.report.usage import BUDGET_USAGE, require_used
@@ -50,6 +51,7 @@ def budget(
         found = priced(record.trace, platform, split, cycles)
         loads = loading(platform, found.programs)
         ways = remedies(record.trace, platform, split, cycles)
+        clock = clock_of_shape(platform, record.trace.datapath) if split.uses_pl else None
         title = f"{split.name} on {platform.name}, {count_of(platform.pl.lanes.value, 'lane')}"
         verdict = (
             f"modelled: {title}: {'FITS' if found.fits else 'DOES NOT FIT'}; tightest is {found.tightest.kind},"
@@ -64,6 +66,7 @@ def budget(
             "remedies": [asdict(remedy) for remedy in ways],
             **asdict(found),
             "loading": asdict(loads),
+            "clock_of_shape": None if clock is None else asdict(clock),
             "assumptions": options.echoed(platform, reading),
         }
         folder = out or Path("out") / f"hw-budget-{record.name}"
@@ -79,6 +82,7 @@ def budget(
             f"storage {found.storage_words} words in three replicas: the buffers{_of_all(platform)}, and a quarter more as an allowance for temporaries",
             _microcode(found, platform),
             loads.words,
+            *([] if clock is None else [clock.words]),
             *(f"would fit: {remedy.words}" for remedy in ways),
             verdict,
         ]
