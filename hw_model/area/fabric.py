@@ -69,7 +69,7 @@ FABRICS: dict[str, Fabric] = {
         loose_tree=2 / 3,
         shifted=None,
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
-        attempt={"lut": 791, "ff": 160, "bram36": 0.5},
+        attempt={"lut": 839, "ff": 160, "bram36": 0.5},
         stream={"lut": 83, "ff": 54},
         stream_line={"lut": 0, "ff": 0},
     ),

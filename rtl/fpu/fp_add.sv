@@ -18,7 +18,7 @@ module fp_add #(
   localparam int S = P + 4;  // sum: carry, significand, guard, round, sticky
   localparam int ALIGN = $clog2(P + 4);
   localparam int LZ = $clog2(S + 1);
-  localparam logic [EXP-1:0] ONES = '1;
+  localparam logic [EXP-1:0] ONES = {EXP{1'b1}};
 
   // 1: compare magnitudes; a special result (NaN, infinity) travels as the larger significand with exponent ONES.
   logic b_negative, swap;

@@ -25,7 +25,7 @@ module fp_divsqrt #(
   localparam int X = EXP + 2;
   localparam int LZ = $clog2(P + 1);
   localparam int DOWN = $clog2(P + 3);
-  localparam logic [EXP-1:0] ONES = '1;
+  localparam logic [EXP-1:0] ONES = {EXP{1'b1}};
   localparam logic signed [X-1:0] INFINITE = X'((1 << EXP) - 1);
   localparam logic signed [X-1:0] BIAS = X'((1 << (EXP - 1)) - 1);
 

@@ -16,7 +16,7 @@ module fp_mul #(
   localparam int LZ = $clog2(P + 1);
   localparam int DOWN = $clog2(P + 3);
   localparam int TAIL = 3;
-  localparam logic [EXP-1:0] ONES = '1;
+  localparam logic [EXP-1:0] ONES = {EXP{1'b1}};
   localparam logic signed [X-1:0] INFINITE = X'((1 << EXP) - 1);
   localparam logic signed [X-1:0] BIAS = X'((1 << (EXP - 1)) - 1);
 

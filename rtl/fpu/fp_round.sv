@@ -14,7 +14,7 @@ module fp_round #(
     input  logic [MAN+TAIL : 0] man,
     output logic [EXP+MAN : 0]  result
 );
-  localparam logic [EXP-1:0] ONES = '1;
+  localparam logic [EXP-1:0] ONES = {EXP{1'b1}};
 
   logic up;
   logic [EXP+MAN-1:0] packed_man;

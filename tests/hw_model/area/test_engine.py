@@ -30,6 +30,8 @@ FABRIC = fabric_of(AREA)
 ENGINES = [row for row in recorded() if row.module == "engine"]
 FF_ERROR = 0.03
 LUT_ERROR = 0.10
+MAPPERS_ORDER = 0.015
+"""Of an engine's lookup tables: what the order of the mapper's work moves, beside which parity is small."""
 
 
 def test_the_record_is_of_the_rtl_as_it_stands() -> None:
@@ -84,7 +86,7 @@ def test_parity_takes_what_synthesis_found_more() -> None:
         (plain,) = (other for other in ENGINES if other.parameters == without)
         said = parity_area(shape_of(row), FABRIC, row.parameters["CODE_BITS"])
         assert (row.ff - plain.ff, row.bram36 - plain.bram36) == (said["ff"], said["bram36"])
-        assert row.lut - plain.lut == pytest.approx(said["lut"], rel=0.15)
+        assert row.lut - plain.lut == pytest.approx(said["lut"], abs=MAPPERS_ORDER * plain.lut)
 
 
 @pytest.mark.parametrize("datapath", SIGNIFICAND_BITS)
