@@ -42,6 +42,7 @@ LONG: dict[str, tuple[str, ...]] = {
     ),
     "rtl/test_parity.py": (r"without_parity\[(in_order|flat)\]",),
     "integration/test_large_problems_fit.py": ("control_of_40_steps",),
+    "rtl/test_exact_depth.py": (r"hosts_bits\[f64", "streamed_microcode", "is_refused"),
     "rtl/test_streamed.py": (r"hosts_bits\[(2 lanes|4 lanes f64|16 lanes)",),
     "rtl/test_resident.py": (r"single, ", r"cones 3, compressed", r"stalls twice, compressed", "a_stop_bit_that_is_not_read"),
     "board/test_board.py": ("another_answer_than_the_hosts", "a_byte_begins_it_anew"),

@@ -137,8 +137,8 @@ class Pl(Section):
     `storage_memory` and `microcode_memory` say where the two lie: "block_ram", "ultra_ram", or for microcode "streamed", from
     DDR memory over `stream_ports` ports of its own of `stream_bytes_per_cycle` each, the first beat after `stream_start_us`, as
     rtl/ has it for compressed microcode. "streamed_start": only segments that run once an attempt
-    are streamed, those of the iteration lie in block RAM, which rtl/ has not. `storage_depth`: rows of a bank, a "power_of_two" as in rtl/,
-    or as many as the schedules need ("exact").
+    are streamed, those of the iteration lie in block RAM, which rtl/ has not. `storage_depth`: rows of a bank, a "power_of_two",
+    or as many as the schedules need ("exact"); rtl/ has both.
 
     `parity`: "per_word", one bit more in each word of storage and each line of microcode, takes area alone (docs/rtl.md, Parity); or "none".
 

@@ -45,6 +45,8 @@ class Engine(NamedTuple):
     """Problems of the pattern that every segment works on."""
     streamed: bool = False
     """Whether cycles of microcode from memory are asked for."""
+    exact_depth: bool = False
+    """Whether its banks have no more rows than the schedules of all patterns need."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +79,7 @@ def engine_of(platform: Platform, datapath: Datapath) -> Engine:
         clusters=pl.clusters.value,
         interleaved=pl.interleaved.value,
         streamed=streamed,
+        exact_depth=pl.storage_depth.value == "exact",
     )
 
 

@@ -278,6 +278,7 @@ class HardwareProgram:
         address_bits: int,
         microcode_words: int,
         clusters: int = ...,
+        rows: int | None = None,
         streams: list[list[str]] = ...,
         leaves: list[str] | None = None,
         misread: tuple[str, int] | None = None,

@@ -1,9 +1,10 @@
 // Whether a burst is refused before anything of it is done: it must be INCR, of 4 or 8 bytes a beat, aligned, and lie in
-// one memory. Memory m of 0 storage, 1 microcode, 2 templates begins at m << REGION_BITS and has 2^BYTES bytes; an engine
-// whose microcode is streamed has CODE_BYTES = 0, and none.
+// one memory. Memory m of 0 storage, 1 microcode, 2 templates begins at m << REGION_BITS and has 2^BYTES bytes,
+// storage no more than STORAGE_END; an engine whose microcode is streamed has CODE_BYTES = 0, and none.
 module axi_burst_check #(
     parameter int REGION_BITS = 24,
     parameter int STORAGE_BYTES = 17,
+    parameter int STORAGE_END = 1 << STORAGE_BYTES,
     parameter int CODE_BYTES = 23,
     parameter int TEMPLATE_BYTES = 8
 ) (
@@ -24,7 +25,7 @@ module axi_burst_check #(
   assign aligned = size[0] ? address[2:0] == '0 : address[1:0] == '0;
   always_comb begin
     case (region)
-      2'd0: fits = last >> STORAGE_BYTES == '0;
+      2'd0: fits = last >> STORAGE_BYTES == '0 && (STORAGE_END == 1 << STORAGE_BYTES || last < (REGION_BITS + 1)'(STORAGE_END));
       2'd1: fits = CODE_BYTES != 0 && last >> CODE_BYTES == '0;
       2'd2: fits = last >> TEMPLATE_BYTES == '0;
       default: fits = 1'b0;

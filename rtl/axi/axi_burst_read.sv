@@ -5,6 +5,7 @@ module axi_burst_read #(
     parameter int ID_BITS = 4,
     parameter int REGION_BITS = 24,
     parameter int STORAGE_BYTES = 17,
+    parameter int STORAGE_END = 1 << STORAGE_BYTES,
     parameter int W = 64,
     parameter int ADDRESS_BITS = 14,
     parameter int LATENCY = contract::READ_CYCLES + 2
@@ -48,6 +49,7 @@ module axi_burst_read #(
   axi_burst_check #(
       .REGION_BITS(REGION_BITS),
       .STORAGE_BYTES(STORAGE_BYTES),
+      .STORAGE_END(STORAGE_END),
       .CODE_BYTES(0),
       .TEMPLATE_BYTES(0)
   ) check (

@@ -6,6 +6,7 @@ module axi_burst_write #(
     parameter int ID_BITS = 4,
     parameter int REGION_BITS = 24,
     parameter int STORAGE_BYTES = 17,
+    parameter int STORAGE_END = 1 << STORAGE_BYTES,
     parameter int CODE_BYTES = 23,
     parameter int TEMPLATE_BYTES = 8,
     parameter logic [1:0] WIDE = 2'b11  // words of storage, lines of microcode: whether an aligned pair of pieces is in one
@@ -53,6 +54,7 @@ module axi_burst_write #(
   axi_burst_check #(
       .REGION_BITS(REGION_BITS),
       .STORAGE_BYTES(STORAGE_BYTES),
+      .STORAGE_END(STORAGE_END),
       .CODE_BYTES(CODE_BYTES),
       .TEMPLATE_BYTES(TEMPLATE_BYTES)
   ) check (

@@ -6,7 +6,8 @@ package axi_contract;
     mixed = (hash ^ word) * 32'd16777619;
   endfunction
   function automatic logic [31:0] identity(input int fp, input int lanes, input int dividers, input int banks,
-                                           input int clusters, input int address_bits, input int compressed);
+                                           input int clusters, input int address_bits, input int rows,
+                                           input int compressed);
     logic [31:0] hash;
     hash = mixed(32'h811c9dc5, 1);
     hash = mixed(hash, fp);
@@ -14,7 +15,8 @@ package axi_contract;
     hash = mixed(hash, dividers);
     hash = mixed(hash, banks);
     hash = mixed(hash, clusters);
-    hash = mixed(hash, address_bits);
+    // Rows of a bank stand above the bits of an address, where they are fewer than those reach.
+    hash = mixed(hash, address_bits | (rows == (1 << address_bits) / banks ? 0 : rows << 8));
     hash = mixed(hash, compressed);
     hash = mixed(hash, fp == 64 ? contract::F64_ADD_CYCLES : contract::F32_ADD_CYCLES);
     hash = mixed(hash, fp == 64 ? contract::F64_MUL_CYCLES : contract::F32_MUL_CYCLES);

@@ -12,6 +12,8 @@ module axi_engine #(
     parameter int CHECKS = 1,
     parameter int RESIDENT /*verilator public*/ = 1,
     parameter int PARITY /*verilator public*/ = 0,
+    parameter int ROWS = 0,  // of a bank of storage; 0: as many as an address tells apart
+    parameter int DEPTH /*verilator public*/ = ROWS == 0 ? (1 << ADDRESS_BITS) / BANKS : ROWS,
     parameter int STREAM /*verilator public*/ = 0,  // ports of streamed microcode: 1, 2 or 4 with SEQUENCER 3
     parameter int BEAT /*verilator public*/ = 64,  // bits of their beats
     parameter int ID_BITS = 4,
@@ -89,12 +91,12 @@ module axi_engine #(
   localparam int CODE_WIDTH  /*verilator public*/ = SEQUENCER == 1 || SEQUENCER == 3 ? FETCH : WIDTH;
   localparam int RULES  /*verilator public*/ = 8;
   localparam logic [31:0] ENGINE_WORD = {
-    6'd0, PARITY != 0, RESIDENT != 0, 3'd0, 3'(STREAM), 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
+    5'd0, DEPTH * BANKS != 1 << ADDRESS_BITS, PARITY != 0, RESIDENT != 0, 3'd0, 3'(STREAM), 2'(SEQUENCER), 8'(DIVIDERS), 1'b0, 7'(LANES)
   } | (FP == 64 ? 32'h80 : 32'h0);
   localparam logic [31:0] SIZES_WORD = {16'(CODE_WIDTH), 8'(CODE_BITS), 8'(ADDRESS_BITS)};
 
   localparam logic [31:0] IDENTITY_WORD /*verilator public*/ =
-      axi_contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS,
+      axi_contract::identity(FP, LANES, DIVIDERS, BANKS, CLUSTERS, ADDRESS_BITS, DEPTH,
                              SEQUENCER == 1 ? 1 : SEQUENCER == 3 ? 1 + 2 * STREAM : 0);
 
   logic engine_reset, bus_write, bus_read, host_write, host_read, code_write, template_write;
@@ -121,6 +123,7 @@ module axi_engine #(
   axi_slaves #(
       .FP(FP),
       .ADDRESS_BITS(ADDRESS_BITS),
+      .WORDS(DEPTH * BANKS),
       .CODE_BITS(CODE_BITS),
       .CODE_WIDTH(CODE_WIDTH),
       .ID_BITS(ID_BITS),
@@ -262,7 +265,8 @@ module axi_engine #(
       .SEQUENCER(SEQUENCER),
       .CHECKS(CHECKS),
       .RESIDENT(RESIDENT),
-      .PARITY(PARITY)
+      .PARITY(PARITY),
+      .ROWS(ROWS)
   ) pl (
       .clock(aclk),
       .reset(engine_reset),

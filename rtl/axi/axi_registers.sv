@@ -5,6 +5,7 @@ module axi_registers #(
     parameter logic [31:0] ENGINE_WORD = 32'd0,
     parameter logic [31:0] SIZES_WORD = 32'd0,
     parameter logic [31:0] IDENTITY_WORD = 32'd0,
+    parameter logic [31:0] WORDS_WORD = 32'd0,  // 0: there is no such register
     parameter int STREAM = 0  // ports of streamed microcode
 ) (
     input logic clock,
@@ -47,6 +48,7 @@ module axi_registers #(
   localparam logic [15:0] LIMIT = 16'h3018;
   localparam logic [15:0] SPENT = 16'h301C;
   localparam logic [15:0] STREAM_BASE = 16'h3020;
+  localparam logic [15:0] WORDS = 16'h3030;
   localparam logic [3:0] CYCLE_LIMIT = 4'd9;
   localparam logic [3:0] STREAM_ERROR = 4'd11;
 
@@ -65,7 +67,8 @@ module axi_registers #(
   assign base_write = take_write && base_address;
   assign base_port = write_address[3:2];
   assign own_address = read_address == ENGINE || read_address == SIZES || read_address == CYCLES
-      || read_address == IDENTITY || read_address == DIGEST || read_address == LIMIT || read_address == SPENT;
+      || read_address == IDENTITY || read_address == DIGEST || read_address == LIMIT || read_address == SPENT
+      || (WORDS_WORD != '0 && read_address == WORDS);
   assign write_done = take_write;
   assign read_done = reading;
   always_comb begin
@@ -124,6 +127,7 @@ module axi_registers #(
       SPENT: own_value <= spent;
       default: own_value <= cycles;
     endcase
+    if (WORDS_WORD != '0 && read_address == WORDS) own_value <= WORDS_WORD;
     if (idle) running <= bus_answer[0] || busy;
   end
 endmodule

@@ -2,6 +2,7 @@
 module axi_slaves #(
     parameter int FP /*verilator public*/ = 64,
     parameter int ADDRESS_BITS /*verilator public*/ = 14,
+    parameter int WORDS /*verilator public*/ = 1 << ADDRESS_BITS,  // of storage
     parameter int CODE_BITS /*verilator public*/ = 17,
     parameter int CODE_WIDTH /*verilator public*/ = 285,
     parameter int ID_BITS /*verilator public*/ = 4,
@@ -92,6 +93,7 @@ module axi_slaves #(
   localparam int CODE_PIECES = (CODE_WIDTH + 31) / 32;
   localparam int PIECES = CODE_PIECES > FP / 32 ? CODE_PIECES : FP / 32;
   localparam int STORAGE_BYTES = ADDRESS_BITS + $clog2(FP / 8);
+  localparam int STORAGE_END = WORDS * (FP / 8);
   localparam int CODE_BYTES = STREAM != 0 ? 0 : CODE_BITS + $clog2(CODE_PIECES) + 2;
   localparam int TEMPLATE_BYTES = contract::TEMPLATE_BITS + 2;
 
@@ -141,6 +143,7 @@ module axi_slaves #(
       .ENGINE_WORD(ENGINE_WORD),
       .SIZES_WORD(SIZES_WORD),
       .IDENTITY_WORD(IDENTITY_WORD),
+      .WORDS_WORD(WORDS == 1 << ADDRESS_BITS ? 32'd0 : 32'(WORDS)),
       .STREAM(STREAM)
   ) registers_access (
       .clock(clock),
@@ -181,6 +184,7 @@ module axi_slaves #(
       .ID_BITS(ID_BITS),
       .REGION_BITS(REGION_BITS),
       .STORAGE_BYTES(STORAGE_BYTES),
+      .STORAGE_END(STORAGE_END),
       .CODE_BYTES(CODE_BYTES),
       .TEMPLATE_BYTES(TEMPLATE_BYTES),
       .WIDE({CODE_PIECES > 1, FP == 64})
@@ -263,6 +267,7 @@ module axi_slaves #(
       .ID_BITS(ID_BITS),
       .REGION_BITS(REGION_BITS),
       .STORAGE_BYTES(STORAGE_BYTES),
+      .STORAGE_END(STORAGE_END),
       .W(FP),
       .ADDRESS_BITS(ADDRESS_BITS)
   ) reads (

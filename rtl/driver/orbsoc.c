@@ -87,6 +87,7 @@ orbsoc_pl_error orbsoc_pl_open(orbsoc_pl *pl, uintptr_t registers, uintptr_t mem
   pl->code_bits = FIELD(sizes, ORBSOC_SIZES_CODE_BITS);
   pl->code_width = FIELD(sizes, ORBSOC_SIZES_CODE_WIDTH);
   pl->identity = read_register(pl, ORBSOC_REG_IDENTITY);
+  pl->words = FIELD(pl->engine, ORBSOC_ENGINE_FEWER_WORDS) ? read_register(pl, ORBSOC_REG_WORDS) : 1u << pl->address_bits;
   pl->residents = 0;
   pl->first = 0;
   if (pl->bus_errors) return ORBSOC_PL_BUS_ERROR;
@@ -335,7 +336,7 @@ orbsoc_pl_error orbsoc_pl_set_words(orbsoc_pl *pl, const uint32_t *addresses, co
   const uintptr_t storage = pl->memories + ORBSOC_REGION_STORAGE;
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   for (size_t i = 0; i < count; ++i) {
-    if (addresses[i] >> pl->address_bits) return ORBSOC_PL_OUT_OF_RANGE;
+    if (addresses[i] >= pl->words) return ORBSOC_PL_OUT_OF_RANGE;
     if (pl->binary64) {
       orbsoc_pl_write(storage + (uintptr_t)8u * addresses[i], low(words[i]));
       orbsoc_pl_write(storage + (uintptr_t)8u * addresses[i] + 4u, high(words[i])); /* writes the word */
@@ -350,7 +351,7 @@ orbsoc_pl_error orbsoc_pl_get_words(orbsoc_pl *pl, const uint32_t *addresses, ui
   const uintptr_t storage = pl->memories + ORBSOC_REGION_STORAGE;
   if (pl->out) return ORBSOC_PL_NOT_AT_REST;
   for (size_t i = 0; i < count; ++i) {
-    if (addresses[i] >> pl->address_bits) return ORBSOC_PL_OUT_OF_RANGE;
+    if (addresses[i] >= pl->words) return ORBSOC_PL_OUT_OF_RANGE;
     if (pl->binary64) {
       words[i] = orbsoc_pl_read(storage + (uintptr_t)8u * addresses[i]);
       words[i] |= (uint64_t)orbsoc_pl_read(storage + (uintptr_t)8u * addresses[i] + 4u) << 32;

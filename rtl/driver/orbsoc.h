@@ -128,7 +128,7 @@ typedef struct {
 /* One PL. Fields are the driver's; the caller may read `sequence`, `valid` and the engine's sizes. */
 typedef struct {
   uintptr_t registers, memories;
-  uint32_t engine, binary64, address_bits, code_bits, code_width, identity; /* as the PL says */
+  uint32_t engine, binary64, address_bits, code_bits, code_width, identity, words; /* as the PL says */
   uint32_t flag_words;
   uint32_t sequence;       /* of the last frame */
   uint64_t valid, written; /* flags as last read; buffers ever written */

@@ -1,10 +1,12 @@
-// Assertions of the rules of a schedule (docs/pl-machine.md, rules 1 to 7), in simulation. One bit per rule and cycle:
+// Assertions of the rules of a schedule (docs/pl-machine.md, rules 1 to 7), in simulation. A word behind the last row is never free
+// to be written, and never has been. One bit per rule and cycle:
 //   0 read_conflict  1 read_pending  2 write_pending  3 result_conflict  4 write_conflict  5 divider_busy
 //   6 read_unwritten  7 unknown_operation
 module checks #(
     parameter int LANES = 4,
     parameter int DIVIDERS = 1,
     parameter int ADDRESS_BITS = 14,
+    parameter int WORDS = 1 << ADDRESS_BITS,  // that are there
     parameter int FIELDS = LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int UNITS = LANES + DIVIDERS
 ) (
@@ -84,9 +86,11 @@ module checks #(
         if (uses[4*u+k]) begin
           if (pending[address[(4*u+k)*A+:A]] == epoch) read_pending = 1'b1;
           if (written[address[(4*u+k)*A+:A]] != epoch) read_unwritten = 1'b1;
+          if (WORDS != 1 << A && 32'(address[(4*u+k)*A+:A]) >= WORDS) read_unwritten = 1'b1;
         end
       end
       if (uses[4*u+3] && pending[address[(4*u+3)*A+:A]] == epoch) write_pending = 1'b1;
+      if (WORDS != 1 << A && uses[4*u+3] && 32'(address[(4*u+3)*A+:A]) >= WORDS) write_pending = 1'b1;
       // Equal destinations in one microcode word; write_conflict sees them only if their latencies are equal.
       for (int v = 0; v < UNITS; v++) begin
         if (v < u && uses[4*u+3] && uses[4*v+3] && address[(4*u+3)*A+:A] == address[(4*v+3)*A+:A]) write_pending = 1'b1;

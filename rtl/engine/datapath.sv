@@ -17,6 +17,7 @@ module datapath #(
     parameter int CLUSTERS = 1,
     parameter int ADDRESS_BITS = 14,
     parameter int PARITY = 0,
+    parameter int ROWS = (1 << ADDRESS_BITS) / BANKS,
     parameter int FIELDS = LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
     parameter int UNITS = LANES + DIVIDERS,
     parameter int STAGES = READ + MUL + ADD,
@@ -98,7 +99,8 @@ module datapath #(
       .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
-      .WIDTH(STORED)
+      .WIDTH(STORED),
+      .ROWS(ROWS)
   ) replica_a (
       .clock(clock),
       .enable(enable),
@@ -116,7 +118,8 @@ module datapath #(
       .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
-      .WIDTH(STORED)
+      .WIDTH(STORED),
+      .ROWS(ROWS)
   ) replica_b (
       .clock(clock),
       .enable(enable),
@@ -134,7 +137,8 @@ module datapath #(
       .CLUSTERS(CLUSTERS),
       .BANKS(BANKS),
       .ADDRESS_BITS(A),
-      .WIDTH(STORED)
+      .WIDTH(STORED),
+      .ROWS(ROWS)
   ) replica_c (
       .clock(clock),
       .enable(enable),

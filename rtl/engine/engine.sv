@@ -13,6 +13,8 @@ module engine #(
     parameter int CHECKS = 1,
     parameter int RESIDENT /*verilator public*/ = 0,
     parameter int PARITY /*verilator public*/ = 0,
+    parameter int ROWS = 0,  // of a bank of storage; 0: as many as an address tells apart
+    parameter int DEPTH /*verilator public*/ = ROWS == 0 ? (1 << ADDRESS_BITS) / BANKS : ROWS,
     parameter int INSTRUCTIONS = 128,
     parameter int W = FP,
     parameter int WIDTH = 1 + LANES * (4 * ADDRESS_BITS + 4) + DIVIDERS * (3 * ADDRESS_BITS + 2),
@@ -311,7 +313,8 @@ module engine #(
       .BANKS(BANKS),
       .CLUSTERS(CLUSTERS),
       .ADDRESS_BITS(ADDRESS_BITS),
-      .PARITY(PARITY)
+      .PARITY(PARITY),
+      .ROWS(DEPTH)
   ) path (
       .clock(clock),
       .reset(reset),
@@ -339,7 +342,8 @@ module engine #(
       checks #(
           .LANES(LANES),
           .DIVIDERS(DIVIDERS),
-          .ADDRESS_BITS(ADDRESS_BITS)
+          .ADDRESS_BITS(ADDRESS_BITS),
+          .WORDS(DEPTH * BANKS)
       ) watch (
           .clock(clock),
           .reset(reset),

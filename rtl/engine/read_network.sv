@@ -8,7 +8,8 @@ module read_network #(
     parameter int ADDRESS_BITS = 14,
     parameter int WIDTH = 64,
     parameter int UNITS = LANES + DIVIDERS,
-    parameter int ROW = ADDRESS_BITS - $clog2(BANKS)
+    parameter int ROW = ADDRESS_BITS - $clog2(BANKS),
+    parameter int ROWS = 1 << ROW
 ) (
     input logic clock,
     input logic enable,
@@ -30,7 +31,8 @@ module read_network #(
           .UNITS(UNITS),
           .BANKS(BANKS),
           .ADDRESS_BITS(ADDRESS_BITS),
-          .WIDTH(WIDTH)
+          .WIDTH(WIDTH),
+          .ROWS(ROWS)
       ) whole (
           .clock(clock),
           .enable(enable),
@@ -119,7 +121,8 @@ module read_network #(
             .BANKS(FEW),
             .ADDRESS_BITS(OWN),
             .WIDTH(WIDTH),
-            .EXPORT(1)
+            .EXPORT(1),
+            .ROWS(ROWS)
         ) part (
             .clock(clock),
             .enable(enable),

@@ -9,7 +9,8 @@ module replica #(
     parameter int WIDTH = 64,
     parameter int EXPORT = 0,
     parameter int PORTS = UNITS + EXPORT,
-    parameter int ROW = ADDRESS_BITS - $clog2(BANKS)
+    parameter int ROW = ADDRESS_BITS - $clog2(BANKS),
+    parameter int ROWS = 1 << ROW
 ) (
     input logic clock,
     input logic enable,
@@ -65,7 +66,8 @@ module replica #(
     for (genvar b = 0; b < BANKS; b++) begin : g_bank
       bank #(
           .ROW  (ROW),
-          .WIDTH(WIDTH)
+          .WIDTH(WIDTH),
+          .ROWS (ROWS)
       ) memory (
           .clock(clock),
           .enable(enable),

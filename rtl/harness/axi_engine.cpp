@@ -128,7 +128,7 @@ class DriverSession : public Session<AxiComputer> {
     uint32_t size = 3;
     if (!(words >> size)) return false;
     computer.eager(seed == 0);
-    const uint64_t bytes = (uint64_t(1) << Built::ADDRESS_BITS) * (Built::FP / 8), beat = uint64_t(1) << size;
+    const uint64_t bytes = uint64_t(Built::DEPTH) * Built::BANKS * (Built::FP / 8), beat = uint64_t(1) << size;
     uint64_t different = 0, state = seed, clocks[2] = {0, 0};
     for (uint64_t at = 0; at < bytes; at += BEATS * beat) {
       std::vector<uint64_t> sent, got;

@@ -20,7 +20,7 @@ using Pieces = std::vector<uint32_t>;
 using Commit = std::tuple<uint32_t, uint64_t, Pieces>;  // memory, word, its pieces
 
 struct Sizes {
-  uint64_t fp, address_bits, code_bits, code_width, template_bits, template_width;
+  uint64_t fp, storage_words, code_bits, code_width, template_bits, template_width;
   uint64_t pieces(uint32_t memory) const { return memory == STORAGE ? fp / 32 : memory == CODE ? (code_width + 31) / 32 : 1; }
   uint64_t stride(uint32_t memory) const {  // bytes from word to word
     uint64_t all = 1;
@@ -28,7 +28,7 @@ struct Sizes {
     return 4 * all;
   }
   uint64_t words(uint32_t memory) const {
-    return uint64_t(1) << (memory == STORAGE ? address_bits : memory == CODE ? code_bits : template_bits);
+    return memory == STORAGE ? storage_words : uint64_t(1) << (memory == CODE ? code_bits : template_bits);
   }
   uint64_t bytes(uint32_t memory) const { return memory > TEMPLATES ? 0 : stride(memory) * words(memory); }
   uint64_t width(uint32_t memory) const { return memory == STORAGE ? fp : memory == CODE ? code_width : template_width; }

@@ -131,7 +131,7 @@ class Traffic {
   static Sizes built() {
     uint64_t template_bits = 0;
     while (ORBSOC_TEMPLATES >> template_bits > 1) ++template_bits;
-    return {Built::FP, Built::ADDRESS_BITS, Built::CODE_BITS, Built::CODE_WIDTH, template_bits, Built::TEMPLATE_WIDTH};
+    return {Built::FP, Built::WORDS, Built::CODE_BITS, Built::CODE_WIDTH, template_bits, Built::TEMPLATE_WIDTH};
   }
   uint32_t draw() { return uint32_t(random()); }
   bool chance(double p) { return draw() % 10000 < p * 10000; }

@@ -46,8 +46,8 @@ inline void check_words(const Run &run, const std::string &list, const std::vect
   for (const auto &[address, word] : words) {
     std::snprintf(token, sizeof token, "%llx", static_cast<unsigned long long>(address >= STORAGE_WORDS ? address : word));
     if (address >= STORAGE_WORDS)
-      throw std::runtime_error("run " + run.name + ", " + list + ": address '" + token + "' is beyond the storage, which has 2^" +
-                               std::to_string(Built::ADDRESS_BITS) + " words");
+      throw std::runtime_error("run " + run.name + ", " + list + ": address '" + token + "' is beyond the storage, which has " +
+                               std::to_string(STORAGE_WORDS) + " words");
     if ((word & ~WORD_MASK) != 0)
       throw std::runtime_error("run " + run.name + ", " + list + ": word '" + token + "' is wider than " + std::to_string(Built::FP) + " bits");
   }

@@ -15,7 +15,7 @@
 
 // Parameters and widths of the ports as the RTL has them (engine.sv, public).
 using Built = Vengine_engine;
-constexpr uint64_t CODE_LINES = uint64_t(1) << Built::CODE_BITS, STORAGE_WORDS = uint64_t(1) << Built::ADDRESS_BITS;
+constexpr uint64_t CODE_LINES = uint64_t(1) << Built::CODE_BITS, STORAGE_WORDS = uint64_t(Built::DEPTH) * Built::BANKS;
 constexpr uint64_t WORD_MASK = ~uint64_t(0) >> (64 - Built::FP);
 
 static_assert(RULE_COUNT == Built::RULES, "a rule without a name (checks.sv)");
@@ -136,9 +136,10 @@ class Computer {
   // What axi_contract.sv says of an engine behind AXI, for one without; the host compares it with the program's.
   uint32_t identity() const {
     constexpr bool F64 = Built::FP == 64;
+    constexpr uint32_t ROWS = uint32_t(Built::DEPTH) == (1u << Built::ADDRESS_BITS) / Built::BANKS ? 0 : Built::DEPTH;
     uint32_t hash = 0x811c9dc5;
     for (const uint32_t word : std::initializer_list<uint32_t>{
-             1, Built::FP, Built::LANES, Built::DIVIDERS, Built::BANKS, Built::CLUSTERS, Built::ADDRESS_BITS, Built::SEQUENCER == 1,
+             1, Built::FP, Built::LANES, Built::DIVIDERS, Built::BANKS, Built::CLUSTERS, Built::ADDRESS_BITS | ROWS << 8, Built::SEQUENCER == 1,
              F64 ? F64_ADD_CYCLES : F32_ADD_CYCLES, F64 ? F64_MUL_CYCLES : F32_MUL_CYCLES, F64 ? F64_DIV_CYCLES : F32_DIV_CYCLES,
              F64 ? F64_SQRT_CYCLES : F32_SQRT_CYCLES, F64 ? F64_DIV_INTERVAL_CYCLES : F32_DIV_INTERVAL_CYCLES,
              F64 ? F64_SQRT_INTERVAL_CYCLES : F32_SQRT_INTERVAL_CYCLES, SIMPLE_CYCLES, READ_CYCLES, WRITE_CYCLES, STARTUP_CYCLES,

@@ -201,9 +201,11 @@ def test_a_plan_on_a_device_that_interleaves_is_refused_before_it_is_made(
         (("--tables", "--set", "pl.interleaved=2"), "--tables has no points to interleave"),
         (("--mutations", "--set", "pl.interleaved=2"), "--mutations has no points to interleave"),
         (("--set", "pl.interleaved=0"), "pl.interleaved"),
+        (("--tables", "--set", "pl.storage_depth=exact"), "--tables has no points with other banks"),
+        (("--set", "pl.storage_depth=deep"), "pl.storage_depth"),
     ],
 )
-def test_validate_takes_this_key_alone_and_where_it_counts(
+def test_validate_takes_few_keys_and_each_where_it_counts(
     arguments: tuple[str, ...], says: str, tmp_path: Path
 ) -> None:
     assert says in refusal("validate", *arguments, "--out", tmp_path / "out")
@@ -212,13 +214,19 @@ def test_validate_takes_this_key_alone_and_where_it_counts(
 def test_validate_runs_its_points_on_as_many_problems(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[Any] = []
-    monkeypatch.setattr(rtl_validation, "validate", lambda _, points, *__: asked.extend(points) or iter(()))
+    asked, depths = list[Any](), list[bool]()
+    monkeypatch.setattr(
+        rtl_validation,
+        "validate",
+        lambda _, points, *__, **how: asked.extend(points) or depths.append(how["exact_depth"]) or iter(()),
+    )
     monkeypatch.setattr(rtl_validation.shutil, "which", lambda _: "/verilator")
     arguments = ["validate", "--quick", "--set", "pl.interleaved=3", "--rtl", ROOT / "rtl", "--out", tmp_path]
     assert invoke(*arguments).exit_code == 1  # no point was run
     assert {point.interleaved for point in asked} == {3}
     assert {point.engine.address_bits for point in asked} == {17}
+    assert invoke(*arguments, "--set", "pl.storage_depth=exact").exit_code == 1
+    assert depths == [False, True]
 
 
 def test_validate_solves_groups_and_writes_what_they_came_to(

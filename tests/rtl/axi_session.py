@@ -42,7 +42,7 @@ def built_behind_axi(
         "axi_engine", rtl=folder, FP=engine.fp, LANES=engine.lanes, DIVIDERS=engine.dividers, BANKS=engine.banks,
         ADDRESS_BITS=engine.address_bits, SEQUENCER=3 if stream else SEQUENCERS[form], CODE_BITS=CODE_BITS, RESIDENT=int(resident),
         **({"PARITY": 1} if parity else {}), **({"STREAM": stream, "BEAT": beat} if stream else {}),
-        **({"CLUSTERS": engine.clusters} if engine.clusters > 1 else {}),
+        **({"CLUSTERS": engine.clusters} if engine.clusters > 1 else {}), **({"ROWS": engine.rows} if engine.rows else {}),
     )  # fmt: skip
 
 

@@ -115,7 +115,7 @@ class Board:
 
     def __init__(
         self, made: Path, port: RegisterFile, *, binary64: bool = True, code_width: int = 100, resident: bool = True,
-        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY, parity: bool = False, stream: int = 0,
+        address_bits: int = 6, code_bits: int = 3, identity: int = IDENTITY, parity: bool = False, stream: int = 0, words: int = 0,
     ) -> None:  # fmt: skip
         self.library = ctypes.CDLL(str(made))
         self.pl = ctypes.create_string_buffer(self.library.pl_size())
@@ -129,6 +129,7 @@ class Board:
         self._begun: list[int] = []
         engine = ENGINE_FIELDS["binary64"].put(binary64) | ENGINE_FIELDS["resident"].put(resident)
         engine |= ENGINE_FIELDS["parity"].put(parity) | ENGINE_FIELDS["stream"].put(stream)
+        engine |= ENGINE_FIELDS["fewer_words"].put(words > 0)
         self.bases: dict[int, int] = {}
         """Of streamed microcode where the ports' lines lie."""
         sizes = {"address_bits": address_bits, "code_bits": code_bits, "code_width": code_width}
@@ -137,7 +138,7 @@ class Board:
             int(Wrapper.SIZES): sum(SIZES_FIELDS[name].put(value) for name, value in sizes.items()),
             int(Wrapper.CYCLES): 77,
             int(Wrapper.IDENTITY): identity,
-        }
+        } | ({int(Wrapper.WORDS): words} if words else {})
         self.spoil: Callable[[int, int], tuple[int, int]] = lambda offset, value: (offset, value)
         """What a write to the memories becomes on its way."""
         self._program = WrittenProgram()

@@ -50,6 +50,12 @@ class Machine:
     clusters: int = 1
     address_bits: int = 10
     parity: bool = False
+    rows: int = 0
+    """Of a bank; 0: as many as an address tells apart."""
+
+    @property
+    def words(self) -> int:
+        return self.rows * self.banks if self.rows else 1 << self.address_bits
 
     @property
     def numbers(self) -> dict[str, int]:
@@ -73,16 +79,20 @@ class Machine:
 
     def build_options(self, form: str) -> dict[str, int]:
         """Module parameters of this engine with the sequencer for `form`."""
-        return {
-            "FP": self.fp,
-            "LANES": self.lanes,
-            "DIVIDERS": self.dividers,
-            "BANKS": self.banks,
-            "CLUSTERS": self.clusters,
-            "ADDRESS_BITS": self.address_bits,
-            "SEQUENCER": SEQUENCERS[form],
-            "CODE_BITS": 17,
-        } | ({"PARITY": 1} if self.parity else {})
+        return (
+            {
+                "FP": self.fp,
+                "LANES": self.lanes,
+                "DIVIDERS": self.dividers,
+                "BANKS": self.banks,
+                "CLUSTERS": self.clusters,
+                "ADDRESS_BITS": self.address_bits,
+                "SEQUENCER": SEQUENCERS[form],
+                "CODE_BITS": 17,
+            }
+            | ({"PARITY": 1} if self.parity else {})
+            | ({"ROWS": self.rows} if self.rows else {})
+        )
 
     def cluster_of(self, unit: int) -> int:
         """Lanes in equal runs, dividers in turn."""
@@ -349,7 +359,7 @@ def random_program(
         exponent = bias + draw.randint(-3, 3) if draw.random() < 0.9 else draw.randrange(1 << exp)
         return draw.getrandbits(1) << (exp + man) | exponent << man | draw.getrandbits(man)
 
-    addresses = draw.sample(range(1 << machine.address_bits), words)
+    addresses = draw.sample(range(machine.words), words)
     memory = {address: content() for address in addresses}
     targets = [address for i, address in enumerate(addresses) if i % 4]
 

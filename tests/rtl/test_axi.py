@@ -18,7 +18,7 @@ from tests.rtl.verilator import require_verilator
 WORDS = {"ENGINE_WORD": 0x01010184, "SIZES_WORD": 0x12345678, "IDENTITY_WORD": 0x23456789}
 """What the harness (rtl/harness/axi_traffic.cpp) expects of the wrapper's constant registers."""
 F64 = {"FP": 64, "ADDRESS_BITS": 6, "CODE_BITS": 3, "CODE_WIDTH": 100} | WORDS
-F32 = {"FP": 32, "ADDRESS_BITS": 6, "CODE_BITS": 3, "CODE_WIDTH": 150} | WORDS
+F32 = {"FP": 32, "ADDRESS_BITS": 6, "WORDS": 50, "CODE_BITS": 3, "CODE_WIDTH": 150} | WORDS
 """Small memories, so that bursts meet their ends; five pieces of a line leave three of padding."""
 CLOCKS = 100_000
 SEEDS = range(1, 6)

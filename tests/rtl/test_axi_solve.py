@@ -134,7 +134,7 @@ def status(session: AxiSession) -> Status:
 def test_the_wrapper_says_which_engine_it_has(session: AxiSession) -> None:
     engine, sizes = session.read(Wrapper.ENGINE), session.read(Wrapper.SIZES)
     assert {name: field.of(engine) for name, field in ENGINE_FIELDS.items()} == {
-        "lanes": 1, "binary64": 1, "dividers": 1, "sequencer": 0, "stream": 0, "resident": 1, "parity": 0,
+        "lanes": 1, "binary64": 1, "dividers": 1, "sequencer": 0, "stream": 0, "resident": 1, "parity": 0, "fewer_words": 0,
     }  # fmt: skip
     bits = ONE_LANE.address_bits
     assert {name: field.of(sizes) for name, field in SIZES_FIELDS.items()} == {

@@ -207,6 +207,17 @@ def test_parity_is_reported_of_a_launch_and_of_words_that_are_read(made: Path) -
         assert board.call("get_words", address, word, ctypes.c_size_t(1)) == (Fault.PARITY if parity else OK)
 
 
+def test_words_behind_the_last_row_are_refused_before_the_bus(made: Path) -> None:
+    for words in (0, 40):
+        board = Board(made, ProgrammableLogic(METHOD, FakeEngine().run), words=words)
+        assert board.open(len(METHOD.buffers)) == OK
+        last, word = words or 1 << 6, (ctypes.c_uint64 * 1)(7)
+        for address, code in ((last - 1, OK), (last, OUT_OF_RANGE)):
+            place = (ctypes.c_uint32 * 1)(address)
+            for act in ("set_words", "get_words"):
+                assert board.call(act, place, word, ctypes.c_size_t(1)) == code
+
+
 def drop_frame(number: int, write: tuple[int, int]) -> list[tuple[int, int]]:
     return [] if 0 <= number < 4 else [write]
 
@@ -369,9 +380,9 @@ def test_an_image_is_loaded_as_the_python_session_loads_it(made: Path) -> None:
 SHAPES: tuple[tuple[dict[str, Any], Format], ...] = (
     ({}, "flat"), ({}, "compressed"), ({"banks": 4}, "flat"), ({"banks": 8}, "flat"), ({"lanes": 2}, "flat"),
     ({"lanes": 3}, "compressed"), ({"clusters": 4}, "compressed"), ({"dividers": 2}, "flat"), ({"fp": 32}, "flat"),
-    ({"address_bits": 11}, "flat"),
+    ({"address_bits": 11}, "flat"), ({"rows": 255}, "flat"), ({"rows": 254}, "flat"),
 )  # fmt: skip
-"""Ten engines, of which no two take each other's programs; some have lines of one width."""
+"""Twelve engines, of which no two take each other's programs; some have lines of one width."""
 
 
 @pytest.fixture(scope="module")
@@ -390,7 +401,7 @@ def images() -> list[_core.ProgramImage]:
 def test_a_program_of_another_engine_is_refused_by_driver_and_host_before_anything_is_written(
     made: Path,
 ) -> None:
-    """Every pair of ten shapes."""
+    """Every pair of twelve shapes."""
     programs = images()
     for here, engine in enumerate(programs):
         board = Board(made, ProgrammableLogic(METHOD, FakeEngine().run), identity=engine.identity)
@@ -412,9 +423,11 @@ def test_the_rtl_has_the_same_identities(identities: list[int], tmp_path: Path) 
     require_verilator()
     names = ("fp", "lanes", "dividers", "banks", "clusters", "address_bits")
     own = {"fp": 64, "lanes": 4, "dividers": 1, "banks": 16, "clusters": 1, "address_bits": 12}
+    engines = [(own | shape, int(form == "compressed")) for shape, form in SHAPES]
+    rows = [shape.get("rows", (1 << shape["address_bits"]) // shape["banks"]) for shape, _ in engines]
     shows = "".join(
-        f'    $display("%h", axi_contract::identity({", ".join(str((own | shape)[name]) for name in names)}, {int(form == "compressed")}));\n'
-        for shape, form in SHAPES
+        f'    $display("%h", axi_contract::identity({", ".join(str(shape[name]) for name in names)}, {there}, {compressed}));\n'
+        for (shape, compressed), there in zip(engines, rows, strict=True)
     )
     (tmp_path / "shown.sv").write_text(
         f"module shown;\n  initial begin\n{shows}    $finish;\n  end\nendmodule\n"

@@ -43,7 +43,7 @@ def c(
     engine: Annotated[
         str,
         typer.Option(
-            help="the PL's engine: lanes, dividers, banks, clusters and address_bits", metavar="KEY=N,..."
+            help="the PL's engine: lanes, dividers, banks, clusters, address_bits, rows", metavar="KEY=N,..."
         ),
     ] = "lanes=4,dividers=1,banks=16",
     limit_clocks: Annotated[

@@ -17,6 +17,7 @@ from .hw_validate_solve import validate_solves
 from .hw_validate_tables import print_tables
 
 if TYPE_CHECKING:
+    from hw_model.platform.sections import Pl
     from orbsoc.rtl.validation import Outcome
 
 
@@ -48,7 +49,8 @@ def validate(
         list[str] | None,
         typer.Option(
             "--set",
-            help="pl.interleaved=K: problems of one pattern in every segment, or with --solve in every attempt",
+            help="pl.interleaved=K: problems of one pattern in every segment, or with --solve in every attempt;"
+            " pl.storage_depth=exact: banks with no more rows than the schedules need",
             metavar="KEY=VALUE",
         ),
     ] = None,
@@ -79,17 +81,22 @@ def validate(
             {"--tables": tables, "--engines": engines, "--mutations": mutations, "--solve": solve},
             quick=quick,
         )
-        copies = _interleaved(settings, {"--tables": tables, "--mutations": mutations})
+        pl = _computer(settings, {"--tables": tables, "--mutations": mutations})
+        copies, exact = pl.interleaved.value, pl.storage_depth.value == "exact"
         where = out or Path("out") / "hw-validate"
         if tables:
             print_tables(rtl_sources(rtl).parent / "scenarios" / "rec1.toml", where, as_json=as_json)
         folder = rtl_folder(rtl)
         if mutations:
             validate_mutations(folder, where, as_json=as_json)
+        if solve and copies > 1 and exact:
+            raise _would_do_nothing(
+                "pl.storage_depth", "exact", "groups have engines of a power of two of rows"
+            )
         if solve and copies > 1:
             validate_groups(folder, where, copies, quick=quick, as_json=as_json)
         if solve:
-            validate_solves(folder, where, quick=quick, as_json=as_json)
+            validate_solves(folder, where, quick=quick, exact_depth=exact, as_json=as_json)
         scenario = folder.parent / "scenarios" / "rec1.toml"
         named = problems(mission_004(scenario, free_perigee=False))
         chosen = quick_points if quick else engine_points if engines else all_points
@@ -103,7 +110,7 @@ def validate(
         done = 0
         options.write_all(where, {})  # what cannot be written ends the run here
         try:
-            for done, found in enumerate(compare(folder, points, named, watched), start=1):
+            for done, found in enumerate(compare(folder, points, named, watched, exact_depth=exact), start=1):
                 outcomes += found
                 verdict = "equal" if all(outcome.good for outcome in found) else "DIFFERENT"
                 point = found[0].point if found else points[done - 1]
@@ -138,18 +145,24 @@ def _document(outcomes: Sequence[Outcome], watched: set[Path], done: int, points
     }
 
 
-def _interleaved(settings: list[str] | None, without: dict[str, bool]) -> int:
-    """The one parameter that can be set. Raises IgnoredKeyError for others, and where a run has no use for it."""
+def _computer(settings: list[str] | None, without: dict[str, bool]) -> Pl:
+    """The PL with the parameters that can be set. Raises IgnoredKeyError for others, and where a run has no use for them."""
+    chosen = options.parsed_settings(settings, example="pl.interleaved=2")
+    uses = {"pl.interleaved": "no points to interleave", "pl.storage_depth": "no points with other banks"}
+    unused = [name for name, wanted in without.items() if wanted]
+    for key, value in chosen.items():
+        if key not in uses:
+            why = f"the points have engines of their own; only {' and '.join(uses)} can be set"
+            raise _would_do_nothing(key, value, why)
+        if unused:
+            raise _would_do_nothing(key, value, f"{unused[0]} has {uses[key]}")
+    return options.computer("zu9eg", chosen, interleaves=True).pl
+
+
+def _would_do_nothing(key: str, value: object, why: str) -> Exception:
     from hw_model.errors import IgnoredKeyError
 
-    chosen = options.parsed_settings(settings, example="pl.interleaved=2")
-    for key, value in chosen.items():
-        why = "the points have engines of their own; only pl.interleaved can be set"
-        unused = [name for name, wanted in without.items() if wanted]
-        if key != "pl.interleaved" or unused:
-            why = f"{unused[0]} has no points to interleave" if unused else why
-            raise IgnoredKeyError(f"`{key}` = {value!r} would do nothing here: {why}")
-    return options.computer("zu9eg", chosen, interleaves=True).pl.interleaved.value
+    return IgnoredKeyError(f"`{key}` = {value!r} would do nothing here: {why}")
 
 
 def _require_one_run(given: dict[str, bool], *, quick: bool) -> None:
@@ -169,8 +182,9 @@ def _title(point: Any) -> str:
     engine = point.engine
     gaps = f" level {point.level}" if point.format == "in_order" else ""
     what = point.stream.name if point.stream else point.module
+    rows = f" of {engine.rows} rows" if engine.rows else ""
     return (
-        f"{what} of {point.problem!r}, f{engine.fp}, {engine.lanes} lanes, {engine.banks} banks,"
+        f"{what} of {point.problem!r}, f{engine.fp}, {engine.lanes} lanes, {engine.banks} banks{rows},"
         f" {point.format}{gaps}{f', {point.interleaved} interleaved' if point.interleaved > 1 else ''}"
     )
 

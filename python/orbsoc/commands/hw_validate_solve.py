@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 SCHEMA = "orbsoc.rtl-solves/1"
 
 
-def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) -> NoReturn:
+def validate_solves(folder: Path, where: Path, *, quick: bool, exact_depth: bool, as_json: bool) -> NoReturn:
     """Run the solves, write rtl-solves.json and rtl-solves.md to `where`, and end with 0 or, at any difference, 1."""
     from orbsoc.rtl.solve import described
     from orbsoc.rtl.solve_cases import all_solves, quick_solves, run_solves
 
     points = (quick_solves if quick else all_solves)(folder.parent / "scenarios")
     report_runs(
-        run_solves(folder, points),
+        run_solves(folder, points, exact_depth=exact_depth),
         len(points),
         where,
         name="solves",
@@ -47,7 +47,8 @@ def validate_solves(folder: Path, where: Path, *, quick: bool, as_json: bool) ->
 def _title(outcome: SolveOutcome) -> str:
     engine = outcome.engine
     control = ", resident" if outcome.resident else ""
-    return f"{outcome.problem}, f{engine.fp}, {engine.lanes} lanes, {outcome.format}{control}"
+    rows = f", {engine.rows} rows" if engine.rows else ""
+    return f"{outcome.problem}, f{engine.fp}, {engine.lanes} lanes{rows}, {outcome.format}{control}"
 
 
 def _record(outcome: SolveOutcome) -> dict[str, Any]:

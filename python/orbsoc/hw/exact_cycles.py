@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -53,16 +53,32 @@ def exact_cycles(
     made: dict[tuple[int, _Shape, Streams], _Made] = {}
     demands: dict[tuple[int, _Shape, Streams], _Demands] = {}
 
-    def source(pattern: int, stage: str, engine: Engine) -> Schedule:
-        shape, streams = _shape(engine, address_bits), _streams(engine)
+    def program_of(pattern: int, shape: _Shape, streams: Streams) -> _Made:
         if (pattern, shape, streams) not in made:
             others = awaited if streams not in begun else ()
             begun.add(streams)
             made.update(_side_by_side(problems, {shape, *others}, settings, streams))
-        program = made[pattern, shape, streams]
+        return made[pattern, shape, streams]
+
+    @cache
+    def exact(shape: _Shape, streams: Streams) -> _Shape:
+        """With rows for the pattern that needs most: one engine has the schedules of all."""
+        parameters, copies = shape
+        programs = [program_of(pattern, shape, streams) for pattern in range(len(problems))]
+        words = max(program[1] for program in programs if not isinstance(program, EngineError))
+        return replace(parameters, rows=-(-words // parameters.banks)), copies
+
+    def source(pattern: int, stage: str, engine: Engine) -> Schedule:
+        shape, streams = _shape(engine, address_bits), _streams(engine)
+        program = program_of(pattern, shape, streams)
+        if engine.exact_depth and not isinstance(program, EngineError):
+            shape = exact(shape, streams)
+            program = program_of(pattern, shape, streams)
         if isinstance(program, EngineError):
             raise program
         segments, words = program
+        if shape[0].rows is not None:
+            words = shape[0].rows * shape[0].banks
         found = segments["_".join(members(stage))]
         causes, bits, streamed = found.causes, found.flat_bits, None
         if engine.compressed:

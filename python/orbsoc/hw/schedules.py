@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from numbers import Integral
 from threading import Lock
 from typing import Any, Literal
@@ -40,7 +40,8 @@ class EngineTooSmallError(EngineError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Engine:
-    """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem.
+    """One PL engine. `address_bits`: words of storage as a power of two; None: the fewest that hold the problem. `rows`: of each
+    bank, where they are fewer than addresses reach; None: as many.
 
     Raises EngineError for a field that is no whole number, or a negative one. The scheduler refuses what else no engine
     can have.
@@ -53,11 +54,12 @@ class Engine:
     clusters: int = 1
     address_bits: int | None = None
     microcode_words: int = 1 << 20
+    rows: int | None = None
 
     def __post_init__(self) -> None:
         for field in fields(self):
             value: object = getattr(self, field.name)
-            if value is None and field.name == "address_bits":
+            if value is None and field.name in ("address_bits", "rows"):
                 continue
             if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MOST:
                 raise EngineError(f"`{field.name}` = {value!r}: allowed is a whole number from 0 to {_MOST}")
@@ -114,6 +116,12 @@ class PlProgram:
             "interleaved": self.interleaved,
             "segments": {name: asdict(segment) for name, segment in self.segments.items()},
         }
+
+
+def with_exact_depth(program: PlProgram) -> Engine:
+    """A program's engine, with no more rows in a bank than its schedules need: the same schedules fit, from fewer words."""
+    rows = -(-program.core.least_storage_words // program.engine.banks)
+    return replace(program.engine, rows=rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,8 +224,11 @@ def scheduled(
     `misread`: a unit (add, mul, div, sqrt, simple) or div_interval, sqrt_interval, and by how many cycles the scheduler is wrong about it: a mutation of
     the model. It needs `engine.address_bits`.
     """
-    if engine.address_bits is not None:
-        return _made(problem, settings, engine, stream, streams, engine.address_bits, copies, misread)
+    bits = engine.address_bits
+    if bits is None and engine.rows is not None:
+        bits = max(_LEAST_ADDRESS_BITS, (engine.rows * engine.banks - 1).bit_length())
+    if bits is not None:
+        return _made(problem, settings, engine, stream, streams, bits, copies, misread)
     if misread is not None:
         raise EngineError(
             "`address_bits` = None: a scheduler that misreads its table needs the words of storage"

@@ -174,6 +174,8 @@ class Wrapper(enum.IntEnum):
     STREAM_BASE = 0x3020
     """Of streamed microcode: where in memory the first port's parts of the lines lie. The other ports' follow, a word each; written
     alone."""
+    WORDS = 0x3030
+    """Words of storage: only of an engine that says of itself that it has fewer than its addresses reach (ENGINE, `fewer_words`)."""
 
 
 ENGINE_FIELDS: Mapping[str, Field] = {
@@ -184,6 +186,7 @@ ENGINE_FIELDS: Mapping[str, Field] = {
     "stream": Field(18, 3),
     "resident": Field(24, 1),
     "parity": Field(25, 1),
+    "fewer_words": Field(26, 1),
 }
 SIZES_FIELDS: Mapping[str, Field] = {
     "address_bits": Field(0, 8),

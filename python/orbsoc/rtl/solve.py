@@ -25,7 +25,7 @@ from orbsoc.conic.problem import Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.conic.solution import Solution, Start
 from orbsoc.hw.emulation import operation_latencies, resident_program
-from orbsoc.hw.schedules import Engine, pl_program
+from orbsoc.hw.schedules import Engine, pl_program, with_exact_depth
 from orbsoc.ps.driver import Driver
 from orbsoc.ps.events import Kind, PsRecord
 from orbsoc.ps.segments import Method
@@ -230,16 +230,21 @@ def solve_on_rtl(
     form: Format = "flat",
     resident: bool = False,
     start: Solution | Start | None = None,
+    exact_depth: bool = False,
 ) -> SolveOutcome:
     """Solve `problem` on the RTL and compare; `rtl` is its folder, `engine` must leave no field open that matters;
-    `resident`: under the RTL's own control, and only then from `start`.
+    `resident`: under the RTL's own control, and only then from `start`; `exact_depth`: with no more rows in the engine's banks than
+    the schedules need.
 
     Raises RtlError if the RTL does not build or its session breaks off, `ProtocolError` if PS and RTL disagree about
     the state of the computer, `hw.schedules.EngineError` for an engine that cannot hold the problem.
     """
     settings = settings or Settings()
     control = resident_program() if resident else None
-    program = pl_program(problem, settings, engine, None, control.streams if control else ())
+    streams_on_pl = control.streams if control else ()
+    program = pl_program(problem, settings, engine, None, streams_on_pl)
+    if exact_depth:
+        program = pl_program(problem, settings, with_exact_depth(program), None, streams_on_pl)
     image = _core.program_image(program.core, form)
     method = Method.from_core(_core, resident=resident)
     numbered = method.numbered(control).items() if control else ()

@@ -101,12 +101,12 @@ def shifted(problem: Problem, by: float) -> Problem:
     return Problem(P=problem.P, c=problem.c + by, A=A, b=b, G=G, h=h, cones=problem.cones)
 
 
-def run_solves(rtl: Path, points: list[SolvePoint]) -> Iterator[SolveOutcome]:
-    """Solve the points one by one; raises what `solve_on_rtl` raises."""
+def run_solves(rtl: Path, points: list[SolvePoint], *, exact_depth: bool = False) -> Iterator[SolveOutcome]:
+    """Solve the points one by one, with `exact_depth` on banks of no more rows than each needs; raises what `solve_on_rtl` raises."""
     for at in points:
         yield solve_on_rtl(
             rtl, at.name, at.problem, at.settings,
-            engine=at.engine, form=at.format, resident=at.resident, start=at.start,
+            engine=at.engine, form=at.format, resident=at.resident, start=at.start, exact_depth=exact_depth,
         )  # fmt: skip
 
 

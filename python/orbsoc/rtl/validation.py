@@ -22,7 +22,7 @@ from scipy import sparse
 from orbsoc.conic.problem import Cones, Problem
 from orbsoc.conic.settings import Settings
 from orbsoc.hw.precision import narrow_settings
-from orbsoc.hw.schedules import KKT_SOLVES, Engine, PlProgram, Stream, scheduled
+from orbsoc.hw.schedules import KKT_SOLVES, Engine, PlProgram, Stream, scheduled, with_exact_depth
 
 from .rule_violations import Bench, control_case, silent_rules
 from .same_pattern import same_pattern
@@ -153,6 +153,8 @@ def built(
         "ADDRESS_BITS": engine.address_bits, "SEQUENCER": SEQUENCERS[form],
         "CODE_BITS": max(_CODE_BITS, (lines - 1).bit_length()),
     }  # fmt: skip
+    if engine.rows is not None:
+        parameters["ROWS"] = engine.rows
     if resident:
         parameters["RESIDENT"] = 1
     if parity:
@@ -383,9 +385,15 @@ def kkt_points(name: str) -> list[Point]:
 
 
 def validate(
-    folder: Path, points: Sequence[Point], named: dict[str, Problem], watched: set[Path]
+    folder: Path,
+    points: Sequence[Point],
+    named: dict[str, Problem],
+    watched: set[Path],
+    *,
+    exact_depth: bool = False,
 ) -> Iterator[list[Outcome]]:
-    """Run the points one by one; programs are scheduled once for all modules.
+    """Run the points one by one; programs are scheduled once for all modules, with `exact_depth` for banks of no more rows than
+    their schedules need.
 
     Every harness first runs a program that breaks the rules, and is put into `watched`. Raises RtlError if its checks do
     not assert each of them.
@@ -397,7 +405,12 @@ def validate(
         if key not in programs:
             bits = 53 if point.engine.fp == 64 else 24
             settings = narrow_settings(Settings(), bits)
-            programs[key] = scheduled(own, settings, point.engine, point.stream, copies=point.interleaved)
+            made = scheduled(own, settings, point.engine, point.stream, copies=point.interleaved)
+            if exact_depth:
+                exact = with_exact_depth(made)
+                made = scheduled(own, settings, exact, point.stream, copies=point.interleaved)
+            programs[key] = made
+        point = replace(point, engine=programs[key].engine)  # its rows are known now
         ready = prepared(folder, point, case_of(point, programs[key], others))
         if ready.harness not in watched:
             if silent := silent_checks(folder, ready):

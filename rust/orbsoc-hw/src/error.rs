@@ -9,8 +9,9 @@ use core::fmt;
 pub enum Error {
     /// A field of the configuration that no engine can have.
     Configuration { field: &'static str, value: u64, allowed: &'static str },
-    /// The storage has fewer words than the buffers, constants and temporaries need; `needed` is a lower bound.
-    Storage { needed_by: &'static str, needed: usize, available: usize },
+    /// The storage has fewer words than the buffers, constants and temporaries need; `needed` is a lower bound, `key` the field that
+    /// limits them.
+    Storage { key: &'static str, needed_by: &'static str, needed: usize, available: usize },
     /// More microcode words than the memory holds.
     Microcode { needed: usize, available: usize },
     /// A stage that has no segment: it belongs to the processing system.
@@ -31,9 +32,9 @@ impl fmt::Display for Error {
             Self::Configuration { field, value, allowed } => {
                 write!(f, "configuration `{field}` = {value}: allowed is {allowed}")
             }
-            Self::Storage { needed_by, needed, available } => write!(
+            Self::Storage { key, needed_by, needed, available } => write!(
                 f,
-                "`address_bits`: {needed_by} needs {needed} words of storage or more, the engine has {available}"
+                "`{key}`: {needed_by} needs {needed} words of storage or more, the engine has {available}"
             ),
             Self::Microcode { needed, available } => write!(
                 f,

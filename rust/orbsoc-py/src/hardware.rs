@@ -40,7 +40,7 @@ pub struct HardwareProgram {
 impl HardwareProgram {
     #[new]
     #[pyo3(signature = (
-        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, clusters=1, streams=vec![],
+        problem_, settings_, *, fp, lanes, dividers, banks, address_bits, microcode_words, clusters=1, rows=None, streams=vec![],
         leaves=None, misread=None, copies=1
     ))]
     #[allow(clippy::too_many_arguments, clippy::needless_pass_by_value)] // fields of a configuration, owned by the binding
@@ -55,6 +55,7 @@ impl HardwareProgram {
         address_bits: u32,
         microcode_words: usize,
         clusters: usize,
+        rows: Option<usize>,
         streams: Vec<Vec<String>>,
         leaves: Option<Vec<String>>,
         misread: Option<(String, i32)>,
@@ -83,6 +84,7 @@ impl HardwareProgram {
             banks,
             clusters,
             address_bits,
+            rows,
             microcode_words,
             timing,
         };
@@ -101,7 +103,13 @@ impl HardwareProgram {
                 Layout::new(&recording, &engine).map_err(unfit)?.locations().count() * copies as usize;
             let available = engine.words();
             if needed > available {
-                return Err(unfit(orbsoc_hw::Error::Storage { needed_by: "buffers", needed, available }));
+                let key = if rows.is_some() { "rows" } else { "address_bits" };
+                return Err(unfit(orbsoc_hw::Error::Storage {
+                    key,
+                    needed_by: "buffers",
+                    needed,
+                    available,
+                }));
             }
             let recording = interleaved(&recording, copies);
             let made = match streams.as_slice() {

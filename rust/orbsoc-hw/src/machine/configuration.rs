@@ -16,8 +16,10 @@ pub struct Configuration {
     pub banks: usize,
     /// Clusters of lanes and banks, with a narrow network between.
     pub clusters: usize,
-    /// Words of storage: two to this.
+    /// Bits of an address: words of storage are two to this, or fewer.
     pub address_bits: u32,
+    /// Rows of a bank; `None`: as many as addresses reach.
+    pub rows: Option<usize>,
     /// Words that the microcode memory holds, of all segments together.
     pub microcode_words: usize,
     /// Latencies to schedule for; `None`: the RTL's. Tests use wrong ones to show that validation finds them.
@@ -33,6 +35,7 @@ impl Default for Configuration {
             banks: 16,
             clusters: 1,
             address_bits: 15,
+            rows: None,
             microcode_words: 1 << 20,
             timing: None,
         }
@@ -62,6 +65,9 @@ impl Configuration {
         check(divides, "clusters", clusters, "1, 2, 4 or 8, a divisor of the lanes, with two banks each")?;
         let bits = (8..=20).contains(&self.address_bits);
         check(bits, "address_bits", self.address_bits as usize, "8 to 20")?;
+        let rows = self.rows();
+        let reached = (1..=self.rows_in_reach()).contains(&rows);
+        check(reached, "rows", rows, "1 to what `address_bits` reach in each bank")?;
         check(self.microcode_words >= 1, "microcode_words", self.microcode_words, "1 or more")
     }
 
@@ -81,9 +87,24 @@ impl Configuration {
         }
     }
 
+    /// Rows of a bank.
+    pub fn rows(&self) -> usize {
+        self.rows.unwrap_or(self.rows_in_reach())
+    }
+
+    /// Rows that addresses tell apart.
+    pub fn rows_in_reach(&self) -> usize {
+        (1 << self.address_bits) / self.banks
+    }
+
     /// Words of storage.
     pub fn words(&self) -> usize {
-        1 << self.address_bits
+        self.rows() * self.banks
+    }
+
+    /// The field that limits the words of storage.
+    pub(crate) fn storage_key(&self) -> &'static str {
+        self.rows.map_or("address_bits", |_| "rows")
     }
 
     /// The bank of a word.
@@ -146,6 +167,11 @@ mod tests {
         clustered.validate().unwrap();
         assert!(clustered.require_in_order().is_err());
         assert_eq!(refused(Configuration { address_bits: 40, ..good }), "address_bits");
+        assert_eq!(refused(Configuration { rows: Some(0), ..good }), "rows");
+        assert_eq!(refused(Configuration { rows: Some((1 << 11) + 1), ..good }), "rows");
+        let exact = Configuration { rows: Some(1500), ..good };
+        exact.validate().unwrap();
+        assert_eq!(exact.words(), 1500 * 16);
         assert_eq!(refused(Configuration { microcode_words: 0, ..good }), "microcode_words");
     }
 

@@ -11,14 +11,16 @@ const PRIME: u32 = 16_777_619;
 impl Configuration {
     /// The RTL's own number of this engine (`axi_contract::identity`): FNV-1a over whole words. Two engines that differ in one
     /// of them never have the same. The latencies are the RTL's, also where a test schedules for wrong ones.
+    /// Rows of a bank stand above the bits of an address, where they are fewer than those reach.
     /// `format`: 0 flat microcode, 1 compressed, and with streamed microcode twice the number of its ports more.
     pub fn identity(&self, format: u32) -> u32 {
         let timing = Timing::of(self.precision);
+        let fewer = if self.rows() == self.rows_in_reach() { 0 } else { self.rows() as u32 };
         let shape = [self.lanes, self.dividers, self.banks, self.clusters].map(|count| count as u32);
         let words = [VERSION, self.precision.bits()]
             .into_iter()
             .chain(shape)
-            .chain([self.address_bits, format])
+            .chain([self.address_bits | fewer << 8, format])
             .chain(timing.contract());
         words.fold(BASIS, |hash, word| (hash ^ word).wrapping_mul(PRIME))
     }
@@ -36,9 +38,13 @@ impl Configuration {
             1 => "compressed".to_owned(),
             more => format!("compressed and by {} ports streamed", more / 2),
         };
+        let words = match self.rows {
+            None => format!("2^{}", self.address_bits),
+            Some(rows) => format!("{} x {rows}", self.banks),
+        };
         let engine = format!(
-            "{precision}, {} lanes, {} dividers, {} banks in {} clusters, 2^{} words, {format} microcode",
-            self.lanes, self.dividers, self.banks, self.clusters, self.address_bits
+            "{precision}, {} lanes, {} dividers, {} banks in {} clusters, {} words, {format} microcode",
+            self.lanes, self.dividers, self.banks, self.clusters, words
         );
         Err(Error::OtherEngine { engine, expected, found: there })
     }
@@ -58,6 +64,8 @@ mod tests {
             Configuration { banks: 4, ..base },
             Configuration { clusters: 4, ..base },
             Configuration { address_bits: 14, ..base },
+            Configuration { rows: Some(1500), ..base },
+            Configuration { rows: Some(1501), ..base },
             Configuration { precision: Precision::F32, ..base },
         ];
         let found: Vec<(Configuration, u32, u32)> = others

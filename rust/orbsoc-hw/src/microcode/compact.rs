@@ -25,9 +25,13 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
         SchedulingPolicy { nodes_per_cycle: None, .. } => scheduler.critical_path(),
         policy => weighted[number].get_or_init(|| scheduler.priorities(policy)),
     };
+    // Where the rows are those that one schedule needs, others may need more: they are passed over.
     let candidate = |number, completed| -> Result<_, Error> {
-        let schedule = scheduler.completed(completed, first_free)?;
-        Ok(Candidate { cycles: Compressed::cycles(&schedule, configuration), number, schedule })
+        let schedule = match scheduler.completed(completed, first_free) {
+            Err(Error::Storage { .. }) if configuration.rows.is_some() => return Ok(None),
+            found => found?,
+        };
+        Ok(Some(Candidate { cycles: Compressed::cycles(&schedule, configuration), number, schedule }))
     };
     let limit = fast.cycles + fast.cycles / SLACK;
     // Cycles before the first word and after the last result, the decoder's included.
@@ -37,7 +41,7 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
     for (number, policy) in SchedulingPolicy::ALL.into_iter().enumerate() {
         let mut by_cycle = scheduler.by_cycle(&graph, priorities(number), policy);
         if by_cycle.run(limit.saturating_sub(around)) {
-            let found = candidate(number, by_cycle)?;
+            let Some(found) = candidate(number, by_cycle)? else { continue };
             if found.cycles <= limit {
                 return Ok(found.schedule);
             }
@@ -51,7 +55,10 @@ pub(crate) fn compact(scheduler: &Scheduler<'_>, fast: &Schedule) -> Result<Sche
         faster(best, Candidate { cycles, number: SchedulingPolicy::ALL.len(), schedule: fast.clone() });
     for (number, mut by_cycle) in interrupted.into_iter().rev() {
         if by_cycle.run(best.cycles - around) {
-            best = faster(Some(best), candidate(number, by_cycle)?);
+            best = match candidate(number, by_cycle)? {
+                Some(found) => faster(Some(best), found),
+                None => best,
+            };
         }
     }
     Ok(best.schedule)

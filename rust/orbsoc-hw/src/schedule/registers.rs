@@ -45,6 +45,7 @@ pub(crate) fn allocate_registers(
                 address[source]
             }
             (None, None) => pool.take(place.bank, place.cycle).ok_or(Error::Storage {
+                key: configuration.storage_key(),
                 needed_by: segment,
                 needed: configuration.words() + 1,
                 available: configuration.words(),

@@ -46,7 +46,8 @@ impl Layout {
         let layout = Self { locations, constants, words: next };
         if next as usize > configuration.words() {
             let (needed, available) = (next as usize, configuration.words());
-            return Err(Error::Storage { needed_by: "buffers", needed, available });
+            let key = configuration.storage_key();
+            return Err(Error::Storage { key, needed_by: "buffers", needed, available });
         }
         Ok(layout)
     }
