@@ -34,6 +34,7 @@ from .engine import (
     require_buildable,
     storage_bram36,
     storage_in_uram,
+    storage_luts,
     stream_area,
 )
 from .fabric import KINDS, Kind, multiplier_dsp, uram
@@ -200,6 +201,7 @@ def _used(
         used["lut"] += chosen
     else:
         stored = storage_bram36(shape, fabric, rows)
+        used["lut"] += storage_luts(shape, fabric, rows)
     used["lut"] += logic_luts(shape, area) + (decoder_luts(shape, area) if packed else 0)
     used["ff"] = flip_flops(shape, area, math.ceil(math.log2(max(2, lines))))
     used["ff"] += decoder_flip_flops(shape, area) if packed else 0

@@ -208,6 +208,11 @@ def storage_bram36(shape: Shape, fabric: Fabric, rows: int | None = None) -> flo
     return REPLICAS * shape.banks * fabric.bram36(rows or 1 << shape.row_bits, shape.stored_bits)
 
 
+def storage_luts(shape: Shape, fabric: Fabric, rows: int | None) -> int:
+    """Lookup tables that choose between the block RAMs of a bank of `rows`, all replicas; a power of two of rows takes none."""
+    return 0 if rows is None else REPLICAS * shape.banks * fabric.chosen_luts(rows, shape.stored_bits)
+
+
 def storage_in_uram(shape: Shape, fabric: Fabric, rows: int | None = None) -> tuple[int, float, int]:
     """UltraRAMs, block RAM and lookup tables of the storage, all replicas: rows that fill no further UltraRAM lie in block RAM,
     and a lookup table a bit chooses between the two."""

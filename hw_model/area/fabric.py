@@ -37,6 +37,8 @@ class Fabric:
     """Tables for each word beyond that, as the mapper finds them."""
     shifted: dict[Datapath, tuple[int, int]] | None
     """Flip-flops for each bit of an address, of a lane and of a divider, where lookup tables are no shift registers."""
+    deep_choice: int
+    """Tables for each bit of a choice among up to eight words, where one does not do."""
     block_rams: tuple[tuple[float, tuple[tuple[int, int], ...]], ...]
     attempt: dict[Kind, float]
     stream: dict[Kind, int]
@@ -50,11 +52,25 @@ class Fabric:
 
     def bram36(self, rows: int, bits: int) -> float:
         """Block RAM of a memory of `rows` × `bits`, all of one size and shape: the least."""
+        return self._mapped(rows, bits)[0]
+
+    def chosen_luts(self, rows: int, bits: int) -> int:
+        """Lookup tables that choose a word among the blocks of that memory which lie one behind the other, and a block to write."""
+        deep = self._mapped(rows, bits)[1]
+        return bits * self._luts_of_choice(deep) + (deep if deep > 1 else 0)
+
+    def _mapped(self, rows: int, bits: int) -> tuple[float, int]:
+        """Block RAM, and how many blocks lie one behind the other: of equal ones the shape with the fewest."""
         return min(
-            size * -(-rows // depth) * -(-bits // width)
+            (size * (deep := -(-rows // depth)) * -(-bits // width), deep)
             for size, shapes in self.block_rams
             for depth, width in shapes
         )
+
+    def _luts_of_choice(self, words: int) -> int:
+        """Of one bit of a word among so many, as yosys maps it: one table where its inputs do."""
+        inputs = words + (words - 1).bit_length()
+        return 0 if words == 1 else 1 if inputs <= self.lut_inputs else self.deep_choice * -(-words // 8)
 
 
 _WHOLE = ((512, 72), (1024, 36), (2048, 18), (4096, 9), (8192, 4), (16384, 2), (32768, 1))
@@ -68,6 +84,7 @@ FABRICS: dict[str, Fabric] = {
         full_tree=8,
         loose_tree=2 / 3,
         shifted=None,
+        deep_choice=4,
         block_rams=((1.0, _WHOLE), (0.5, _HALF)),
         attempt={"lut": 839, "ff": 160, "bram36": 0.5},
         stream={"lut": 83, "ff": 54},
@@ -78,6 +95,7 @@ FABRICS: dict[str, Fabric] = {
         full_tree=64,
         loose_tree=2 / 3,
         shifted={"f64": (105, 48), "f32": (69, 33)},
+        deep_choice=2,
         block_rams=((2 / 3, _NX_RAM),),
         attempt={"lut": 1259, "ff": 171, "bram36": 4 / 3},
         stream={"lut": 40, "ff": 54},
