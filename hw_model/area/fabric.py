@@ -68,7 +68,7 @@ class Fabric:
         )
 
     def _luts_of_choice(self, words: int) -> int:
-        """Of one bit of a word among so many, as yosys maps it: one table where its inputs do."""
+        """Of one bit of a word among `words`, as yosys maps it: one table where its inputs do."""
         inputs = words + (words - 1).bit_length()
         return 0 if words == 1 else 1 if inputs <= self.lut_inputs else self.deep_choice * -(-words // 8)
 
