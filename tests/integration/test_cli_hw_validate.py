@@ -138,7 +138,7 @@ def test_a_folder_that_cannot_be_written_ends_a_run_before_it_begins(
 
 
 def test_what_ran_before_an_interrupt_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: Any) -> Iterator[list[Any]]:
+    def interrupted(*_: Any, **__: Any) -> Iterator[list[Any]]:
         yield []
         raise KeyboardInterrupt
 
