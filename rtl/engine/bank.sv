@@ -19,11 +19,12 @@ module bank #(
       $error("a bank has from one row to as many as its address tells apart");
     end
   endgenerate
+  localparam int INDEX = ROWS > 2 ? $clog2(ROWS) : 1;
   logic [WIDTH-1:0] words[0:ROWS-1];
   logic [WIDTH-1:0] found;
   always_ff @(posedge clock) begin
-    if (enable) found <= words[read_row];
+    if (enable) found <= words[INDEX'(read_row)];
     if (enable) read_word <= found;
-    if (enable && write) words[write_row] <= write_word;
+    if (enable && write) words[INDEX'(write_row)] <= write_word;
   end
 endmodule

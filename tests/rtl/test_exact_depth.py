@@ -38,7 +38,7 @@ CASES = {
         "12 variables, cones 4 6", Engine(lanes=4, banks=16, address_bits=12), "compressed", Settings(), True
     ),
     "f32, 2 lanes in 2 clusters, flat": Solve(
-        "6 variables, cones 3", Engine(fp=32, lanes=2, banks=8, clusters=2, address_bits=10), "flat", SINGLE, False
+        "6 variables, cones 3", Engine(fp=32, lanes=2, banks=8, clusters=2, address_bits=12), "flat", SINGLE, False
     ),
 }  # fmt: skip
 
@@ -142,7 +142,7 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Answer]:
     require_verilator()
     second = CASES["f32, 2 lanes in 2 clusters, flat"]
     engine = with_exact_depth(program(second, second.engine))
-    few = Machine(fp=32, lanes=2, banks=8, clusters=2, address_bits=10, rows=engine.rows or 0)
+    few = Machine(fp=32, lanes=2, banks=8, clusters=2, address_bits=12, rows=engine.rows or 0)
     case = Case(few)
     for seed in range(6):
         ops, memory = random_program(few, 300, seed, words=few.words if seed % 2 else 96)
