@@ -14,6 +14,7 @@ from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import solves_of
 from orbsoc.soc.compare import DEVICE, LINK, pairs
 from orbsoc.soc.counted import Counted, StageCount
+from orbsoc.solving.solver import solve
 from scripts import record_rocket_link
 from scripts.record_rocket import COUNTED, EXECUTED, RECORD, SPARED, fitted, pattern_of, read
 
@@ -100,3 +101,16 @@ def test_the_page_has_the_counts_of_the_record(row: dict[str, Any]) -> None:
     """Those of a partition without loading its program."""
     loaded = sum(cycles for name, _, _, cycles, *_ in row["stages"] if name == "load")
     assert f"| {_spaced(row['core_cycles'] - loaded)} |" in PAGE
+
+
+def test_the_page_has_the_counts_of_the_whole_plan() -> None:
+    """As `orbsoc hw soc scenarios/rec1.toml --solves all` counted it; it is of the plan that is made today."""
+    row = json.loads((Path(__file__).parent / "whole_plan.json").read_text(encoding="utf-8"))
+    plan = solves_of(SCENARIOS / row["scenario"])
+    assert [*range(1, len(plan) + 1)] == row["solves"]
+    assert sum(solve(posed.problem, posed.settings).iterations for posed in plan) == row["iterations"]
+    assert f"{_spaced(row['alone'])} clocks alone" in PAGE
+    for partition in ("paper", "resident"):
+        loaded = row[partition]["core_cycles"] - row[partition]["loaded_cycles"]
+        assert f"{_spaced(loaded)} with" in PAGE
+        assert f"({row['alone'] / loaded:.2f} times)" in PAGE

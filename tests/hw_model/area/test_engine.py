@@ -30,8 +30,6 @@ FABRIC = fabric_of(AREA)
 ENGINES = [row for row in recorded() if row.module == "engine"]
 FF_ERROR = 0.03
 LUT_ERROR = 0.10
-MAPPERS_ORDER = 0.015
-"""Of an engine's lookup tables: what the order of the mapper's work moves, beside which parity is small."""
 
 
 def test_the_record_is_of_the_rtl_as_it_stands() -> None:
@@ -74,19 +72,40 @@ def test_control_on_the_pl_takes_what_synthesis_found_more() -> None:
     assert more == FABRIC.attempt
 
 
+PARITY = [row for row in ENGINES if has_parity(row)]
+
+
+def _without_parity(row: Synthesis) -> Synthesis:
+    parameters = {name: value for name, value in row.parameters.items() if name != "PARITY"}
+    (plain,) = (other for other in ENGINES if other.parameters == parameters)
+    return plain
+
+
 def test_parity_takes_what_synthesis_found_more() -> None:
-    found = [row for row in ENGINES if has_parity(row)]
-    assert {(shape_of(row).datapath, shape_of(row).lanes) for row in found} >= {
-        ("f64", 1),
-        ("f32", 1),
-        ("f32", 2),
-    }
-    for row in found:
-        without = {name: value for name, value in row.parameters.items() if name != "PARITY"}
-        (plain,) = (other for other in ENGINES if other.parameters == without)
-        said = parity_area(shape_of(row), FABRIC, row.parameters["CODE_BITS"])
+    shapes = {(shape_of(row).datapath, shape_of(row).lanes) for row in PARITY}
+    assert shapes >= {("f64", 1), ("f32", 1), ("f32", 2)}
+    for row in PARITY:
+        plain, said = _without_parity(row), parity_area(shape_of(row), FABRIC, row.parameters["CODE_BITS"])
         assert (row.ff - plain.ff, row.bram36 - plain.bram36) == (said["ff"], said["bram36"])
-        assert row.lut - plain.lut == pytest.approx(said["lut"], abs=MAPPERS_ORDER * plain.lut)
+        assert abs(row.lut - plain.lut - said["lut"]) <= 0.015 * plain.lut
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(
+            row,
+            marks=[pytest.mark.xfail(strict=True, reason="91 and 312 LUT found, 116 and 204 said")]
+            * (row.parameters["FP"] == 32),
+        )
+        for row in PARITY
+    ],
+    ids=_named,
+)
+def test_the_formula_says_the_lookup_tables_of_parity(row: Synthesis) -> None:
+    """Of the difference of two engines 15 %, which the order of the mapper's work moves by 1 % of these (docs/rtl.md, Parity)."""
+    said = parity_area(shape_of(row), FABRIC, row.parameters["CODE_BITS"])
+    assert row.lut - _without_parity(row).lut == pytest.approx(said["lut"], rel=0.15)
 
 
 @pytest.mark.parametrize("datapath", SIGNIFICAND_BITS)
