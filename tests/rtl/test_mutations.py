@@ -68,6 +68,13 @@ def programs(form: str, engine: Engine) -> Case:
     return case
 
 
+def test_each_mutations_line_is_in_the_rtl_once(tmp_path: Path) -> None:
+    """Where it is not, `apply` refuses; most mutants themselves are left to the long tests."""
+    for k, mutation in enumerate(MUTATIONS.values()):
+        changed = mutation.apply(RTL, tmp_path / str(k)) / mutation.file
+        assert mutation.becomes in changed.read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("name", MUTATIONS)
 def test_a_mutation_of_the_rtl_is_caught(name: str, tmp_path: Path) -> None:
     require_verilator()

@@ -76,9 +76,9 @@ MUTATIONS = {
     ),
     "writes land in a second row": Mutation(
         "engine/bank.sv",
-        "if (enable && write) words[write_row] <= write_word;",
-        "if (enable && write) begin words[write_row] <= write_word;"
-        " words[write_row ^ ROW'(1 << (ROW - 1))] <= write_word; end",
+        "if (enable && write) words[INDEX'(write_row)] <= write_word;",
+        "if (enable && write) begin words[INDEX'(write_row)] <= write_word;"
+        " words[INDEX'(write_row ^ ROW'(1 << (ROW - 1)))] <= write_word; end",
     ),
     "counter two cycles ahead": Mutation("engine/engine.sv", ": 32'd1;", ": 32'd3;"),
     "counter stuck": Mutation("engine/engine.sv", "was_busy ? cycles + 32'd1", "was_busy ? cycles"),
