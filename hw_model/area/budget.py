@@ -137,11 +137,10 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     storage, rows = _storage(trace, platform, partition, cycles)
     if not partition.uses_pl:
         return Budget(_uses(platform, Counter()), storage, 0, 0, 0, "estimate", 0, NONE)
+    require_ports(trace, platform, partition, cycles)
     shape = engine_shape(trace, platform, partition, cycles)
     compressed = platform.pl.microcode_format.value == "compressed"
     wide = line_bits(shape) if compressed else shape.microcode_bits
-    if compressed:
-        _require_ports(platform, wide)
     numbers = range(len(trace.patterns))
     codes = [_stored(trace, platform, partition, p, cycles, shape, wide) for p in numbers]
     each = tuple(program_of(trace, partition, code.lines, wide, compressed=compressed) for code in codes)
@@ -164,11 +163,15 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     return found
 
 
-def _require_ports(platform: Platform, wide: int) -> None:
-    """Raises HwModelError for ports of streamed microcode that rtl/ cannot have."""
-    ports = platform.pl.stream_ports.value
-    streamed = platform.pl.microcode_memory.value.startswith("streamed")
-    if streamed and (ports not in (1, 2, 4) or wide % (64 * ports)):
+def require_ports(
+    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
+) -> None:
+    """Raises HwModelError for ports of streamed microcode that rtl/ cannot have: a small engine's lines are too short for one."""
+    pl, ports = platform.pl, platform.pl.stream_ports.value
+    if pl.microcode_format.value != "compressed" or not pl.microcode_memory.value.startswith("streamed"):
+        return
+    wide = line_bits(engine_shape(trace, platform, partition, cycles))
+    if ports not in (1, 2, 4) or wide % (64 * ports):
         raise HwModelError(
             f"`pl.stream_ports` = {ports}: allowed is 1, 2 or 4, with 64 bits or more each of a line, which has {wide} here"
         )

@@ -90,3 +90,18 @@ def test_bad_input_is_refused_by_name(
     result = invoke(searched[0], *options, "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert says in result.output + result.stderr
+
+
+ONE_LANE = ("--lanes", "1", "--dividers", "1", "--banks", "16", "--clusters", "1", "--ordering", "amd", "--threads", "1")
+
+
+def test_designs_whose_lines_are_too_short_to_stream_are_left_out(tmp_path: Path) -> None:
+    """A line of one lane has 32 bits, a port 64."""
+    small_problem().save(tmp_path / "small.json")
+    result = invoke(tmp_path / "small.json", *ONE_LANE, "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    document = json.loads((tmp_path / "out" / "design.json").read_text())
+    assert document["designs"] == document["left_out"] == 129
+    assert "129 that rtl/ cannot stream are left out" in result.stdout
+    alone = invoke(tmp_path / "small.json", *ONE_LANE, "--memories", "streamed", "--out", tmp_path / "alone")
+    assert (alone.exit_code, "no design is left" in alone.output + alone.stderr) == (2, True)

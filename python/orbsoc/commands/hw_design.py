@@ -166,6 +166,7 @@ def _searched(
         "device": platform.name,
         "space": asdict(space),
         "designs": len(rows),
+        "left_out": sum(task.rows for task in tasks) - len(rows),
         "schedules": len(space.shapes) * len(works[0].problems),
         "fitting": sum(row.fits for row in rows),
         "front": [asdict(row) for row in front],
@@ -192,9 +193,10 @@ def _lines(rows: list[Row], standing: Standing, document: dict[str, Any]) -> lis
     from hw_model.report.design import front_of
 
     front = front_of(rows)
+    left = f"; {document['left_out']} that rtl/ cannot stream are left out" if document["left_out"] else ""
     return [
         f"modelled: {document['workload']} on {document['device']}: {len(rows)} designs from"
-        f" {document['schedules']} schedules, {document['fitting']} fit, {len(front)} on the front",
+        f" {document['schedules']} schedules, {document['fitting']} fit, {len(front)} on the front{left}",
         *(row.words for row in front),
         f"the PS alone takes {standing.paper.baseline_ms:.3f} ms",
         standing.words,

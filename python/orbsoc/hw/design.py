@@ -7,7 +7,7 @@ memories and partitions are priced from that. The workload is solved once under 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hw_model import HwModelError
+from hw_model.area.budget import require_ports
 from hw_model.platform.partition import all_partitions
 from hw_model.platform.platform import load_platform
 from hw_model.report.design import PAPER, Row
@@ -30,14 +31,17 @@ from .workload import Workload, load_workload, pattern_file
 
 if TYPE_CHECKING:
     from hw_model import Platform
+    from hw_model.platform.partition import Partition
 
 DESIGNS = "designs"
 """The dataset of the priced designs."""
+_KINDS: dict[str, Any] = {"str": object, "int": int, "float": float}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Space:
-    """What is searched: values of each parameter; every one with every other, but for clusters that do not divide the lanes."""
+    """What is searched: values of each parameter; every one with every other, but for clusters that do not divide the lanes and for
+    streamed microcode whose lines are too short for a port of rtl/."""
 
     ordering: tuple[str, ...] = ("amd", "nested_dissection")
     lanes: tuple[int, ...] = (1, 2, 4, 8, 16)
@@ -63,7 +67,7 @@ class Space:
 
     @property
     def designs_of_a_shape(self) -> int:
-        """Designs that are priced from one schedule."""
+        """Designs that are priced from one schedule, at most."""
         return len(self.clock_mhz) * len(self.microcode_memory) * len(_partitions())
 
 
@@ -92,7 +96,7 @@ def origin(ordering: str, folder: Path) -> str:
 
 
 def payloads(space: Space, device: str, settings: Mapping[str, Any], folder: Path) -> list[dict[str, Any]]:
-    """What `price_shape` takes for each shape, `designs_of_a_shape` rows each."""
+    """What `price_shape` takes for each shape, `designs_of_a_shape` rows each at most."""
     return [
         {
             "shape": shape,
@@ -119,9 +123,18 @@ def price_shape(payload: dict[str, Any]) -> dict[str, Any]:
     rows: list[Row] = []
     for clock, memory in product(payload["clocks"], payload["memories"]):
         platform = platform_of(base, shape, clock, memory)
-        points = study.points(platform, _partitions())
+        points = study.points(platform, [each for each in _partitions() if _is_fed(study, platform, each)])
         rows += [Row.of(point, shape["ordering"], platform) for point in points]
     return columns(rows)
+
+
+def _is_fed(study: Study, platform: Platform, partition: Partition) -> bool:
+    """Whether the ports of streamed microcode can feed the engine, where it streams."""
+    try:
+        require_ports(study.trace, platform, partition, study.cycles)
+    except HwModelError:
+        return False
+    return True
 
 
 def platform_of(base: Platform, shape: Mapping[str, Any], clock_mhz: float, memory: str) -> Platform:
@@ -151,18 +164,21 @@ def paper_design(space: Space, device: str, settings: Mapping[str, Any], folder:
 
 def columns(rows: Sequence[Row]) -> dict[str, Any]:
     """Rows as columns, as a shard holds them."""
-    plain = [asdict(row) for row in rows]
-    return {name: np.array([row[name] for row in plain], dtype=_kind(plain[0][name])) for name in plain[0]}
+    return {
+        each.name: np.array([getattr(row, each.name) for row in rows], dtype=_KINDS[str(each.type)])
+        for each in fields(Row)
+    }
 
 
 def rows_of(found: Mapping[str, Any]) -> list[Row]:
-    """The rows again, all against the PS alone in the order that it is fastest in: a shallow tree makes it slower."""
+    """The rows again, all against the PS alone in the order that it is fastest in: a shallow tree makes it slower.
+
+    Raises HwModelError where there are none.
+    """
     names = list(found)
     plain = zip(*(found[name].tolist() for name in names), strict=True)
     rows = [Row(**dict(zip(names, values, strict=True))) for values in plain]
+    if not rows:
+        raise HwModelError("no design is left: microcode of each is streamed, and its lines are too short for a port of rtl/")
     fastest = min(row.baseline_ms for row in rows)
     return [replace(row, baseline_ms=fastest) for row in rows]
-
-
-def _kind(value: object) -> Any:
-    return object if isinstance(value, str) else None

@@ -30,12 +30,13 @@ static counters spent[LINKS], waited[SEGMENTS], launched_at;
 static uint64_t busy_before;
 static uint32_t launched;
 
-static uint32_t done(int link, counters since, uint32_t code) {
+/* `moved`: the buffer of a transfer. */
+static uint32_t done(int link, uint32_t moved, counters since, uint32_t code) {
   add(&spent[link], since);
   runs[link] += 1;
   if (link != LAUNCH) {
     add(&elsewhere, since);
-    note_event("lpgb"[link], 0, since);
+    note_event("lpgb"[link], moved, since);
   }
   return code;
 }
@@ -43,37 +44,39 @@ static uint32_t done(int link, counters since, uint32_t code) {
 static uint32_t restart(void *context, uint32_t reload) {
   const counters since = now();
   orbsoc_pl_device *device = (orbsoc_pl_device *)context;
-  if (reload == 0) return done(LOAD, since, driver.restart(context, reload));
+  if (reload == 0) return done(LOAD, 0, since, driver.restart(context, reload));
   /* Whatever has become of the PL: its reset, and its ports joined again. */
   PL = 1;
   for (int reads = 0; reads < RESET_READS && (PL & RESETTING) != 0; ++reads) {
   }
   interrupts_begin(device);
-  return done(LOAD, since, dma_load(device));
+  return done(LOAD, 0, since, dma_load(device));
 }
 
 static uint32_t put(void *context, uint32_t buffer, const orbsoc_real *words) {
   const counters since = now();
   orbsoc_pl_device *device = (orbsoc_pl_device *)context;
-  return done(PUT, since, dma_moves(device, buffer) ? dma_put(device, buffer, words) : driver.put(context, buffer, words));
+  return done(PUT, buffer, since,
+              dma_moves(device, buffer) ? dma_put(device, buffer, words) : driver.put(context, buffer, words));
 }
 
 static uint32_t get(void *context, uint32_t buffer, orbsoc_real *words) {
   const counters since = now();
   orbsoc_pl_device *device = (orbsoc_pl_device *)context;
-  return done(GET, since, dma_moves(device, buffer) ? dma_get(device, buffer, words) : driver.get(context, buffer, words));
+  return done(GET, buffer, since,
+              dma_moves(device, buffer) ? dma_get(device, buffer, words) : driver.get(context, buffer, words));
 }
 
 static uint32_t publish(void *context, uint32_t segment) {
   const counters since = now();
-  return done(PUBLISH, since, driver.publish(context, segment));
+  return done(PUBLISH, 0, since, driver.publish(context, segment));
 }
 
 static uint32_t launch(void *context, uint32_t segment) {
   launched = segment;
   busy_before = ENGINE_CLOCKS;
   launched_at = now();
-  return done(LAUNCH, launched_at, driver.launch(context, segment));
+  return done(LAUNCH, 0, launched_at, driver.launch(context, segment));
 }
 
 static uint32_t wait(void *context) {
