@@ -16,20 +16,16 @@ import sys
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import nnls
 
-from hw_model import load_partition, load_platform
-from hw_model.timing.actions import actions_of
-from hw_model.timing.durations import Durations
 from hw_model.timing.instructions import FOLDER
-from hw_model.timing.trace import parse_trace
 from orbsoc.conic.settings import Settings
-from orbsoc.hw.emulation import PsScheduler
-from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import Posed
 from orbsoc.soc.machine import Machine
-from orbsoc.soc.runs import FORM, counted
+from orbsoc.soc.program import compiled
+from orbsoc.soc.runs import FORM, cache_folder, counted, lines_of
+from orbsoc.soc.timeline import buffer_words
 from scripts.instruction_problems import FAMILIES
 from scripts.record_rocket import LATENCY, RTL
 
@@ -41,21 +37,19 @@ RUNS = (
 )  # fmt: skip
 ENGINE = Engine(lanes=4, banks=16, address_bits=16)
 """As of the table in docs/whole-chip.md, so that they share a model."""
-WIDTH = 8.0
-"""Bytes that the DMA's port of the engine takes in a clock at most."""
 REGISTER_ACCESSES = 7
 """Of a PUBLISH: four of its frame, STATUS, two words of flags."""
 PARTS = ("put", "get", "publish", "launch", "interrupt")
 
 
 class Row(NamedTuple):
-    """Clocks of the core by part, each with its runs; and bytes that cross, by direction, buffer by buffer."""
+    """Clocks of the core by part, each with its runs; and each transfer, bytes and clocks, by direction, of a run that noted them."""
 
     name: str
     partition: str
     ratio: int
     parts: dict[str, list[int]]
-    bytes_to: dict[str, list[int]]
+    transfers: dict[str, list[list[int]]]
 
 
 def posed(name: str) -> Posed:
@@ -79,41 +73,37 @@ def simulated(name: str, partition: str, ratio: int) -> dict[str, list[int]]:
     }
 
 
-def crossing(name: str, partition: str) -> dict[str, list[int]]:
-    """Bytes of the buffers that cross, "pl": to the PL, "ps": to the core."""
-    scheduler, split = PsScheduler(), load_partition(partition)
-    scheduler(*posed(name))
-    trace = parse_trace(scheduler.trace)
-    durations = Durations(trace, load_platform("rocket_soc"), split, exact_cycles([posed(name).problem]))
-    found: dict[str, list[int]] = {"pl": [], "ps": []}
-    for action in actions_of(trace, split):
-        if action.work.kind == "copy":
-            found[action.work.side].append(durations.size_bytes(action.work))
+def noted(name: str, partition: str, ratio: int) -> dict[str, list[list[int]]]:
+    """Bytes and clocks of each transfer, by direction; noting them takes clocks as well."""
+    problem = posed(name)
+    program = compiled(
+        problem, RTL, cache_folder(), partition=partition, engine=ENGINE, form=FORM, warm=False, events=True
+    )
+    machine = Machine.built(RTL, ENGINE, FORM, 0)
+    size_bytes = [8 * words for words in buffer_words(problem).values()]
+    found: dict[str, list[list[int]]] = {"put": [], "get": []}
+    for line in lines_of(machine.run(program.image, ratio=ratio, latency=LATENCY), lambda _: None):
+        kind, *fields = line.split()
+        if kind == "event" and fields[0] in ("p", "g"):
+            buffer, begin, end = map(int, fields[1:])
+            found["put" if fields[0] == "p" else "get"].append([size_bytes[buffer], end - begin])
     return found
 
 
 def fitted(rows: list[Row]) -> dict[str, float]:
-    """Parameters of `[link]` and the interrupt's, by their names in rocket_soc.toml, with the least squares of relative errors.
+    """Parameters of `[link]` and the interrupt's, by their names in rocket_soc.toml, with the least squares.
 
-    Transfers are those of `resident`; registers and interrupts those of `paper`, where they come again, warm: once a solve they take a
-    third more, and little of the whole.
+    Of transfers, of their clocks, for it is sums of them that the model gives; what noting takes is left out, its mean by run and direction.
+    Of registers and interrupts, of relative errors, under `paper`, where they come again, warm: once a solve they take a third more, and little of
+    the whole.
     """
-    once, again = ([row for row in rows if row.partition == name] for name in ("resident", "paper"))
+    again = [row for row in rows if row.partition == "paper"]
     each = np.array([row.parts["publish"][1] / row.parts["publish"][0] / REGISTER_ACCESSES for row in again])
     ratios = np.array([row.ratio for row in again], float)
     fixed, cycles = np.linalg.lstsq(
         np.column_stack([np.ones_like(ratios), ratios]) / each[:, None], np.ones_like(each), rcond=None
     )[0]
-
-    def errors(law: np.ndarray) -> list[float]:
-        return [modelled(row, side, law) / row.parts[part][1] - 1.0 for row in once for part, side in (("put", "pl"), ("get", "ps"))]  # fmt: skip
-
-    law = least_squares(
-        errors,
-        [400.0, 15.0, 6.0, 5.0],
-        bounds=(0.0, [np.inf, np.inf, WIDTH, WIDTH]),
-        x_scale=[100.0, 10.0, 1.0, 1.0],
-    ).x
+    law = nnls(*_transfers(rows))[0]
     accesses = 4  # STATUS, two words of flags, IRQ_ACK
     entry = [
         row.parts["interrupt"][1] / row.parts["interrupt"][0] - accesses * (fixed + cycles * row.ratio)
@@ -124,17 +114,25 @@ def fitted(rows: list[Row]) -> dict[str, float]:
         "register_pl_cycles": round(float(cycles), 2),
         "dma_fixed_us": round(float(law[0]) / 1000.0, 3),
         "dma_fixed_pl_cycles": round(float(law[1]), 1),
-        "dma_to_pl_bytes_per_pl_cycle": round(float(law[2]), 2),
-        "dma_to_ps_bytes_per_pl_cycle": round(float(law[3]), 2),
+        "dma_to_pl_bytes_per_pl_cycle": round(1.0 / float(law[2]), 2),
+        "dma_to_ps_bytes_per_pl_cycle": round(1.0 / float(law[3]), 2),
         "interrupt_entry_us": round(max(0.0, float(np.mean(entry))) / 1000.0, 3),
     }
 
 
-def modelled(row: Row, side: str, law: np.ndarray) -> float:
-    """Clocks of the transfers to one side, by the law of hw_model/timing/link.py: fixed clocks of the core and of the engine, bytes
-    a clock of the engine to the PL and to the core. Memory is faster than either at these ratios."""
-    rate = law[2 if side == "pl" else 3] / row.ratio
-    return float(sum(law[0] + law[1] * row.ratio + size / rate for size in row.bytes_to[side]))
+def _transfers(rows: list[Row]) -> tuple[np.ndarray, np.ndarray]:
+    """What the law of hw_model/timing/link.py says of each transfer of a byte or more, as a matrix of its parameters (fixed clocks of the
+    core, of the engine, clocks of the engine a byte to the PL and to the core), and its clocks. Memory is faster than either at these ratios."""
+    terms, clocks = [], []
+    for row in rows:
+        for direction, moved in row.transfers.items():
+            noting = (sum(took for _, took in moved) - row.parts[direction][1]) / len(moved)
+            for size, took in moved:
+                if size:
+                    sides = (size * (direction == "put"), size * (direction == "get"))
+                    terms.append([1.0, row.ratio, *(row.ratio * each for each in sides)])
+                    clocks.append(took - noting)
+    return np.array(terms, float), np.array(clocks)
 
 
 def read() -> list[Row]:
@@ -153,10 +151,9 @@ def main() -> int:
     rows = read()
     for run in () if only_fit else RUNS:
         if run not in {row[:3] for row in rows}:
-            name, partition, ratio = run
-            rows.append(Row(*run, simulated(*run), crossing(name, partition)))
+            rows.append(Row(*run, simulated(*run), noted(*run)))
             write(rows)
-            sys.stdout.write(f"{name}, {partition}, ratio {ratio}: counted\n")
+            sys.stdout.write(f"{', '.join(map(str, run))}: counted\n")
     sys.stdout.write(f"{json.dumps(write(rows))}\n")
     return 0
 

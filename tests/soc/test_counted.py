@@ -85,17 +85,17 @@ def test_each_solve_has_the_settings_of_its_plan() -> None:
 def test_both_halves_stand_on_one_timeline() -> None:
     lines = [
         "pl 690 77", "pl 700 4", "pl 790 -1", "pl 800 5", "pl 850 0", "pl 860 -1",
-        "solve 5 5", "event s 0 100 200", "event p 0 300 350", "event w 34 460 690", "event b 0 695 699",
+        "solve 5 5", "event s 0 100 200", "event p 1 300 350", "event w 34 460 690", "event b 0 695 699",
     ]  # fmt: skip
     names, segments = stage_names(), segment_names()
     assert segments[4] == names[3]
     assert max(segments) > len(names)  # streams of several stages
-    found = list(spans(lines, names, segments, 224))
+    found = list(spans(lines, names, segments, 224, ("point", "slack")))
     assert found == [
         Span(ENGINE, names[3], 700, 790),
         Span(ENGINE, names[4], 800, 850),
         Span(CORE, "equilibrate", 324, 424),
-        Span(LINK, "put", 524, 574),
+        Span(LINK, "put slack", 524, 574),
         Span(CORE, "waits for the PL: attempt", 684, 914),
         Span(LINK, "publish", 919, 923),
     ]

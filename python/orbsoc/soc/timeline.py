@@ -63,7 +63,13 @@ def traced(
     tell("build the computer with waveforms, minutes the first time")
     machine = Machine.built(rtl, program.engine, FORM, program.code_lines, traced=True)
     lines = lines_of(machine.run(program.image, ratio=ratio, latency=latency, waveform=waveform), tell)
-    return document(spans(lines, stage_names(), segment_names(), Machine.reset_clocks(ratio)))
+    buffers = tuple(buffer_words(posed))
+    return document(spans(lines, stage_names(), segment_names(), Machine.reset_clocks(ratio), buffers))
+
+
+def buffer_words(posed: Posed) -> dict[str, int]:
+    """Words of the solver's buffers, in the order of their numbers in the flight code."""
+    return dict(_core.ExactEngine(*posed, 64).buffer_words())
 
 
 def segment_names() -> dict[int, str]:
@@ -73,7 +79,11 @@ def segment_names() -> dict[int, str]:
 
 
 def spans(
-    lines: Iterable[str], stages: tuple[str, ...], segments: Mapping[int, str], reset_clocks: int
+    lines: Iterable[str],
+    stages: tuple[str, ...],
+    segments: Mapping[int, str],
+    reset_clocks: int,
+    buffers: tuple[str, ...],
 ) -> Iterator[Span]:
     """Lines "event KIND NUMBER BEGIN END" of the program (rtl/soc/program/counters.h), whose clock starts after the reset, and lines
     "pl CLOCK SEGMENT" of the harness, SEGMENT -1 where the engine comes to rest."""
@@ -94,7 +104,8 @@ def spans(
                 name = stages[int(number) - 1] if int(number) <= len(stages) else "attempt"
                 yield Span(CORE, f"waits for the PL: {name}", begin, end)
             else:
-                yield Span(LINK, _LINK[what], begin, end)
+                moved = f" {buffers[int(number)]}" if what in "pg" else ""
+                yield Span(LINK, _LINK[what] + moved, begin, end)
 
 
 def document(found: Iterable[Span]) -> dict[str, Any]:
