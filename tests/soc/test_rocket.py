@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from hw_model import load_platform
 from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import solves_of
-from orbsoc.soc.compare import DEVICE, LINK, pairs
+from orbsoc.soc.compare import DEVICE, LINK, Pair, pairs
 from orbsoc.soc.counted import Counted, StageCount
 from orbsoc.solving.solver import solve
 from scripts import record_rocket_link
@@ -30,6 +31,10 @@ PAGE = (Path(__file__).parents[2] / "docs" / "whole-chip.md").read_text(encoding
 
 def _spaced(number: float) -> str:
     return f"{number:,.0f}".replace(",", " ")
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:+.1f} %".replace("-", "−")
 
 
 def test_the_law_is_the_fit_of_the_record_and_the_platform_has_it() -> None:
@@ -76,8 +81,14 @@ def test_an_emulator_executes_the_chips_instructions() -> None:
     assert row.stages["solve_kkt"][2] / 3 == pytest.approx(counts[row.name]["solve_kkt, spared"], abs=5)
 
 
-@pytest.mark.parametrize("row", HELD_OUT, ids=lambda row: f"{row['scenario']}-{row['partition']}")
-def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict[str, Any]) -> None:
+def _name(row: dict[str, Any]) -> str:
+    return f"{row['scenario']}-{row['partition']}"
+
+
+@cache
+def _pairs(name: str) -> list[Pair]:
+    """The parts of a row by its name, and the whole."""
+    (row,) = (row for row in HELD_OUT if _name(row) == name)
     run = Counted(
         row["core_cycles"], row["instructions"], tuple(StageCount(*stage) for stage in row["stages"])
     )
@@ -85,15 +96,41 @@ def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(row: dict
     if "tol" in row:  # counted by another than the plan's
         posed = posed._replace(settings=replace(posed.settings, tol=row["tol"]))
     engine = Engine(lanes=4, banks=16, address_bits=row.get("address_bits"))
-    *parts, whole = pairs([run], [posed], row["partition"], engine, row["ratio"])
+    return pairs([run], [posed], row["partition"], engine, row["ratio"])
+
+
+@pytest.mark.parametrize("name", [_name(row) for row in HELD_OUT])
+def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(name: str) -> None:
+    *parts, whole = _pairs(name)
     assert abs(whole.error) <= 0.10
-    told = f"| {_spaced(whole.counted)} | {_spaced(whole.modelled)} | {100.0 * whole.error:+.1f} % |"
-    assert told.replace("-", "−") in PAGE
+    told = f"| {_spaced(whole.counted)} | {_spaced(whole.modelled)} | {_percent(whole.error)} |"
+    assert told in PAGE
     for part in parts:
-        if part.name == LINK:
-            assert abs(part.error) <= (0.08 if row["partition"] == "paper" else 0.05)
-        elif part.counted >= whole.counted / 20:
+        if part.name != LINK and part.counted >= whole.counted / 20:
             assert abs(part.error) <= 0.20, part
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.xfail(strict=True, reason="5.8 % too dear, 0.8 % of the whole"))
+        if name == "rendezvous_40.json-resident"
+        else name
+        for name in map(_name, HELD_OUT)
+        if not name.endswith("-None")
+    ],
+)
+def test_the_link_is_within_a_twentieth(name: str) -> None:
+    (part,) = (part for part in _pairs(name) if part.name == LINK)
+    assert abs(part.error) <= 0.05
+
+
+@pytest.mark.parametrize("name", [name for name in map(_name, HELD_OUT) if not name.endswith("-None")])
+def test_the_page_has_the_errors_of_the_link(name: str) -> None:
+    *parts, whole = _pairs(name)
+    (part,) = (part for part in parts if part.name == LINK)
+    (line,) = (line for line in PAGE.splitlines() if f"| {_spaced(whole.modelled)} |" in line)
+    assert line.endswith(f"| {_percent(part.error)} |")
 
 
 @pytest.mark.parametrize("row", HELD_OUT, ids=lambda row: f"{row['scenario']}-{row['partition']}")
