@@ -88,7 +88,7 @@ bitstream: $(BOARD)/routed.config | $(INSTALLED) $(ROUTING) ## out/board/board.b
 netlist: bitstream ## simulate what was placed and routed beside its RTL, with the program, and compare their words
 	PYTHONPATH=$(CURDIR) $(BIN)/python -m scripts.board.simulate
 
-long: $(INSTALLED) $(TESTING) ## the tests that take minutes each (tests/long.py), every command of the guides among them
+long: $(INSTALLED) $(TESTING) ## the tests that take minutes each (tests/long.py), every command of the guides among them (70 min)
 	$(BIN)/pytest -n auto --long -o faulthandler_timeout=10800
 
 fuzz: $(INSTALLED) $(TESTING) ## the fuzzing of every entry point with new seeds, FUZZ=20 times as long as in the suite
