@@ -56,7 +56,9 @@ def prepare(command: str, folder: Path) -> None:
         run(shlex.join([*words[:3], "--device", "none", "--no-report", "--out", "mine"]), folder)
         shutil.copyfile(folder / "mine" / "impulses.csv", folder / "mine.csv")
     if "times.csv" in words:
-        (folder / "times.csv").write_text("stage,runs,microseconds\nfactorize,45,15180.0\nstatistics,45,1271.0\n")
+        (folder / "times.csv").write_text(
+            "stage,runs,microseconds\nfactorize,45,15180.0\nstatistics,45,1271.0\n"
+        )
     for name in ("problem.json", "failure.json"):
         if name in words:
             shutil.copyfile(ROOT / "scenarios" / "rendezvous_lp.json", folder / name)

@@ -179,6 +179,8 @@ def rows_of(found: Mapping[str, Any]) -> list[Row]:
     plain = zip(*(found[name].tolist() for name in names), strict=True)
     rows = [Row(**dict(zip(names, values, strict=True))) for values in plain]
     if not rows:
-        raise HwModelError("no design is left: microcode of each is streamed, and its lines are too short for a port of rtl/")
+        raise HwModelError(
+            "no design is left: microcode of each is streamed, and its lines are too short for a port of rtl/"
+        )
     fastest = min(row.baseline_ms for row in rows)
     return [replace(row, baseline_ms=fastest) for row in rows]
