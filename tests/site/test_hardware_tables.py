@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -86,3 +87,28 @@ def test_every_mission(tmp_path: Path) -> None:
     shown = rows("| mission | solves |")
     assert len(shown) == 18
     assert all(map(shows, shown, made[: len(shown)]))
+
+
+DESIGNS = {
+    "rec1.toml --memories block_ram,streamed": ("The paper's design takes", "time fastest smallest share"),
+    "rendezvous_40.json": ("There the paper's design takes", "time alone share fastest"),
+}
+"""By search, where the page tells of it, and what the numbers there are."""
+
+
+@pytest.mark.parametrize(("search", "told"), DESIGNS.items(), ids=["rec1", "rendezvous"])
+def test_where_the_papers_design_lies(search: str, told: tuple[str, str], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "orbsoc", "hw", "design", *search.split(), "--out", str(tmp_path)]
+    subprocess.run(command, cwd=ROOT / "scenarios", capture_output=True, check=True)
+    found = json.loads((tmp_path / "design.json").read_text(encoding="utf-8"))
+    standing = found["paper"]
+    figures = {
+        "time": standing["paper"]["time_ms"],
+        "fastest": standing["fastest"]["time_ms"],
+        "alone": found["baseline_ms"],
+        "share": 100.0 * standing["paper"]["area_share"],
+        "smallest": 100.0 * standing["smallest"]["area_share"],
+    }
+    said, names = told
+    stated = numbers(TEXT[TEXT.index(said) :])[:4]
+    assert all(map(near, stated, [f"{figures[name]:.9g}" for name in names.split()])), (stated, figures)
