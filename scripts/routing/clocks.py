@@ -22,26 +22,36 @@ NEWER = ("zu9eg", "zu7ev", "k26")
 """Devices a generation of the vendor's logic after its slowest printed one, Artix-7 -1."""
 
 SCALING = (
-    "low: the slowest engine that open tools route on an ECP5{floor}; high: times PicoRV32's gain from there to the logic of"
+    "low: the slowest engine with flat microcode that open tools route on an ECP5{floor}; high: times PicoRV32's gain from there to the logic of"
     " this device, its authors' figure over ours; value: times the root of it (docs/hardware-model.md, Clock)"
 )
 FLOOR = ", times PicoRV32's gain from there to Artix-7 -1, the slowest logic of the generation before"
 
 
 def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int, int]:
-    """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5.
+    """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5. An engine with compressed
+    microcode is slower (docs/hardware-model.md, By shape), and not in it.
 
     High: the engines' clock times PicoRV32's gain from the ECP5 to the device. Low: no gain, as an engine has more wires
     than that core; on a NEWER device the gain of the generation before. Value: the root of the gain.
     """
     worst = {
-        module: min(row["mhz"] for row in rows if row["part"] == "ecp5_85_8" and row["module"] == module)
+        module: min(
+            row["mhz"]
+            for row in rows
+            if row["part"] == "ecp5_85_8" and row["module"] == module and not is_compressed(row)
+        )
         for module in ("engine", "picorv32_axi")
     }
     engine, core = worst["engine"], worst["picorv32_axi"]
     gain = PUBLISHED_MHZ[device] / core
     low = engine * PUBLISHED_MHZ["xc7z020"] / core if device in NEWER else engine
     return round(low), round(engine * gain**0.5), round(engine * gain)
+
+
+def is_compressed(row: dict[str, Any]) -> bool:
+    """Whether a row is of an engine with compressed microcode."""
+    return "SEQUENCER=1" in row.get("parameters", "")
 
 
 def write_clocks(rows: list[dict[str, Any]]) -> None:
