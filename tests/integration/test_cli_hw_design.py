@@ -92,7 +92,7 @@ def test_bad_input_is_refused_by_name(
     assert says in result.output + result.stderr
 
 
-ONE_LANE = "--lanes 1 --dividers 1 --banks 16 --clusters 1 --ordering amd --threads 1".split()
+ONE_LANE = ("--lanes", "1", "--dividers", "1", "--banks", "16", "--clusters", "1", "--ordering", "amd")
 
 
 def test_designs_whose_lines_are_too_short_to_stream_are_left_out(tmp_path: Path) -> None:
