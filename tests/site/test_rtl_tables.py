@@ -25,7 +25,8 @@ STATED = rows(PAGE)
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_row_that_is_printed_is_stated(command: str, tmp_path: Path) -> None:
-    (tmp_path / "rtl").symlink_to(ROOT / "rtl")
+    for name in ("rtl", "scenarios"):
+        (tmp_path / name).symlink_to(ROOT / name)
     done = subprocess.run(
         [sys.executable, "-m", "orbsoc", "hw", "validate", *command.split(), "--out", "run"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
