@@ -137,8 +137,8 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     storage, rows = _storage(trace, platform, partition, cycles)
     if not partition.uses_pl:
         return Budget(_uses(platform, Counter()), storage, 0, 0, 0, "estimate", 0, NONE)
-    require_ports(trace, platform, partition, cycles)
     shape = engine_shape(trace, platform, partition, cycles)
+    require_ports(platform, shape)
     compressed = platform.pl.microcode_format.value == "compressed"
     wide = line_bits(shape) if compressed else shape.microcode_bits
     numbers = range(len(trace.patterns))
@@ -163,14 +163,12 @@ def budget(trace: Trace, platform: Platform, partition: Partition, cycles: Stage
     return found
 
 
-def require_ports(
-    trace: Trace, platform: Platform, partition: Partition, cycles: StageCycles = estimated
-) -> None:
+def require_ports(platform: Platform, shape: Shape) -> None:
     """Raises HwModelError for ports of streamed microcode that rtl/ cannot have: a small engine's lines are too short for one."""
     pl, ports = platform.pl, platform.pl.stream_ports.value
     if pl.microcode_format.value != "compressed" or not pl.microcode_memory.value.startswith("streamed"):
         return
-    wide = line_bits(engine_shape(trace, platform, partition, cycles))
+    wide = line_bits(shape)
     if ports not in (1, 2, 4) or wide % (64 * ports):
         raise HwModelError(
             f"`pl.stream_ports` = {ports}: allowed is 1, 2 or 4, with 64 bits or more each of a line, which has {wide} here"

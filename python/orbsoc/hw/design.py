@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hw_model import HwModelError
-from hw_model.area.budget import require_ports
+from hw_model.area.budget import engine_shape, require_ports
 from hw_model.platform.partition import all_partitions
 from hw_model.platform.platform import load_platform
 from hw_model.report.design import PAPER, Row
@@ -131,7 +131,7 @@ def price_shape(payload: dict[str, Any]) -> dict[str, Any]:
 def _is_fed(study: Study, platform: Platform, partition: Partition) -> bool:
     """Whether the ports of streamed microcode can feed the engine, where it streams."""
     try:
-        require_ports(study.trace, platform, partition, study.cycles)
+        require_ports(platform, engine_shape(study.trace, platform, partition, study.cycles))
     except HwModelError:
         return False
     return True
