@@ -5,7 +5,8 @@ With a number of steps, that of docs/measurements/microcode-loops.md: `python sc
 
 from __future__ import annotations
 
-import sys
+import argparse
+from pathlib import Path
 
 import numpy as np
 from scipy import sparse
@@ -58,5 +59,10 @@ def in_three_axes(steps: int) -> Problem:
 
 
 if __name__ == "__main__":
-    problem = in_three_axes(int(sys.argv[2])) if len(sys.argv) > 2 else mpc()
-    problem.save(sys.argv[1])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("out", type=Path)
+    parser.add_argument("steps", type=int, nargs="?", help="in three axes")
+    chosen = parser.parse_args()
+    (mpc() if chosen.steps is None else in_three_axes(chosen.steps)).save(chosen.out)
