@@ -46,15 +46,29 @@ module compressed_items #(
 
   // The loop. At `at` lies a header, and behind it the payload of an item whose header came AHEAD items ago, so that its
   // length is known; `over` is the header's place with that length added. Both are taken if all of both is there. How long
-  // the header is, its kind and mask say, which are read a cycle before, once for each length of the header in front.
+  // the header is, its kind and mask say, which are read a cycle before, once for each length of the header in front. A header
+  // has one of KINDS lengths: whether it is there is found for each beside the choice. What follows is kept in PARTS of two
+  // lengths each, whose sum is the next opening, so that no cycle has both the view of the buffer and all of the choice.
   localparam int OPEN = 2 + LANES;  // kind and mask
+  localparam int KINDS = LANES + 3;  // so many templates and dividers; a run of empty words; the same templates again
+  localparam int PARTS = (KINDS + 1) / 2;
+  function automatic int length_of(input int kind);
+    length_of = kind <= LANES ? OPEN + 2 * DIVIDERS + kind * TEMPLATE : kind == LANES + 1 ? 2 + RUN : 2;
+  endfunction
+  // Whether so many bits from a place on lie before the end of `lines`, which is at most four lines from there.
+  function automatic logic reaches(input logic [2:0] lines, input logic [WRAP-1:0] from, input int bits);
+    logic [2:0] left;
+    left = lines - from[BIT+:3];
+    reaches = left == 3'd1 ? from[BIT-1:0] <= BIT'(FETCH - bits) : left == 3'd2 || left == 3'd3 || left == 3'd4;
+  endfunction
   logic [WRAP-1:0] at, over, length;
-  logic [WRAP-1:0] spare;  // what is there, less what is asked for
-  logic [WRAP-1:0] opened;  // what was there of the header when its opening was read, less that
   logic [2:0] filled, filled_1;  // lines, modulo twice the buffer: now, and a cycle ago
-  logic complete;
-  logic [OPEN-1:0] opening, following;
-  logic [LANES:0] names;  // as many templates, one hot
+  logic opened;  // the header's opening was there when it was read
+  logic whole, complete;  // the header is there; that of operations would be
+  logic [OPEN-1:0] opening, again;
+  logic [LANES:1] named;  // so many templates, or more
+  logic [PARTS*OPEN-1:0] following, follows;
+  logic [KINDS-1:0] is, fits;  // of this length, one hot; one of this length is there
   logic [HEADER-1:0] header;
   logic [HEADER+OPEN-1:0] next_headers;
   logic [FILL-1:0] extent_3;
@@ -75,18 +89,23 @@ module compressed_items #(
       .view  (next_headers)
   );
   always_comb begin
-    names = (LANES + 1)'(1);
-    for (int l = 0; l < LANES; l++) if (opening[2+l]) names = names << 1;
-    if (!opening[0]) names = '0;
-    length = opening[0] ? '0 : opening[1] ? WRAP'(2 + RUN) : WRAP'(2);
-    following = opening[0] ? '0 : opening[1] ? next_headers[2+RUN+:OPEN] : next_headers[2+:OPEN];
-    for (int n = 0; n <= LANES; n++) begin
-      length = length | ({WRAP{names[n]}} & WRAP'(OPEN + 2 * DIVIDERS + n * TEMPLATE));
-      following = following | ({OPEN{names[n]}} & next_headers[OPEN+2*DIVIDERS+n*TEMPLATE+:OPEN]);
+    opening = again;
+    for (int p = 0; p < PARTS; p++) opening = opening | follows[OPEN*p+:OPEN];
+    named = '0;
+    for (int l = 0; l < LANES; l++) if (opening[2+l]) named = named << 1 | LANES'(1);
+    is = '0;
+    if (opening[0]) is[LANES:0] = {named, 1'b1} & ~{1'b0, named};
+    else is[LANES+1+:2] = opening[1] ? 2'b01 : 2'b10;
+    length = '0;
+    following = '0;
+    for (int k = 0; k < KINDS; k++) begin
+      length = length | ({WRAP{is[k]}} & WRAP'(length_of(k)));
+      fits[k] = reaches(filled, over, length_of(k));
+      following[OPEN*(k/2)+:OPEN] = following[OPEN*(k/2)+:OPEN] | ({OPEN{is[k]}} & next_headers[length_of(k)+:OPEN]);
     end
-    spare = ({filled, BIT'(0)} - over) - length;
-    opened = ({filled_1, BIT'(0)} - at) - WRAP'(OPEN);
-    complete = !spare[WRAP-1] && !opened[WRAP-1];
+    opened   = reaches(filled_1, at, OPEN);
+    whole    = fits[0] && &(fits[LANES:1] | ~named);
+    complete = opened && (opening[0] ? whole : opening[1] ? fits[LANES+1] : fits[LANES+2]);
   end
 
   // Headers, as they are taken. 1: its bits.
@@ -213,7 +232,8 @@ module compressed_items #(
       at   <= over + length;
       over <= over + WRAP'(extent_3) + length;
     end
-    opening <= take ? following : header[OPEN-1:0];
+    again   <= take ? '0 : header[OPEN-1:0];
+    follows <= take ? following : '0;
     if (start) filled <= '0;
     else if (push) filled <= filled + 3'd1;
     filled_1 <= start ? '0 : filled;

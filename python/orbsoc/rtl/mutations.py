@@ -125,8 +125,8 @@ MUTATIONS = {
     ),
     "opening of a header believed before it is there": Mutation(
         "engine/compressed_items.sv",
-        "complete = !spare[WRAP-1] && !opened[WRAP-1]",
-        "complete = !spare[WRAP-1]",
+        "complete = opened && (",
+        "complete = (",
         "compressed",
         FREEZING,
     ),
