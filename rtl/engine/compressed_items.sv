@@ -50,12 +50,12 @@ module compressed_items #(
   // has one of KINDS lengths: whether it is there is found for each beside the choice. What follows is kept in PARTS of two
   // lengths each, whose sum is the next opening, so that no cycle has both the view of the buffer and all of the choice.
   localparam int OPEN = 2 + LANES;  // kind and mask
-  localparam int KINDS = LANES + 3;  // so many templates and dividers; a run of empty words; the same templates again
+  localparam int KINDS = LANES + 3;  // by the number of templates; of a run of empty words; of the same templates again
   localparam int PARTS = (KINDS + 1) / 2;
   function automatic int length_of(input int kind);
     length_of = kind <= LANES ? OPEN + 2 * DIVIDERS + kind * TEMPLATE : kind == LANES + 1 ? 2 + RUN : 2;
   endfunction
-  // Whether so many bits from a place on lie before the end of `lines`, which is at most four lines from there.
+  // Whether `bits` bits from a place on lie before the end of `lines`, which is at most four lines from there.
   function automatic logic reaches(input logic [2:0] lines, input logic [WRAP-1:0] from, input int bits);
     logic [2:0] left;
     left = lines - from[BIT+:3];
@@ -66,7 +66,7 @@ module compressed_items #(
   logic opened;  // the header's opening was there when it was read
   logic whole, complete;  // the header is there; that of operations would be
   logic [OPEN-1:0] opening, again;
-  logic [LANES:1] named;  // so many templates, or more
+  logic [LANES:1] named;  // bit n: n templates or more
   logic [PARTS*OPEN-1:0] following, follows;
   logic [KINDS-1:0] is, fits;  // of this length, one hot; one of this length is there
   logic [HEADER-1:0] header;
