@@ -41,7 +41,6 @@ LONG: dict[str, tuple[str, ...]] = {
         "divider's", "square of a root", "rest of a quotient", "counter stuck", "templates a stage early", r"programs_that_catch_mutations\[flat-engine4",
     ),
     "rtl/test_parity.py": (r"without_parity\[(in_order|flat)\]",),
-    "integration/test_large_problems_fit.py": ("control_of_40_steps",),
     "rtl/test_exact_depth.py": (r"hosts_bits\[f64", "streamed_microcode", "is_refused"),
     "rtl/test_streamed.py": (r"hosts_bits\[(2 lanes|4 lanes f64|16 lanes)",),
     "rtl/test_resident.py": (r"single, ", r"cones 3, compressed", r"stalls twice, compressed", "a_stop_bit_that_is_not_read"),

@@ -48,14 +48,14 @@ module compressed_items #(
   // length is known; `over` is the header's place with that length added. Both are taken if all of both is there. How long
   // the header is, its kind and mask say, which are read a cycle before, once for each length of the header in front. A header
   // has one of KINDS lengths: whether it is there is found for each beside the choice. What follows is kept in PARTS of two
-  // lengths each, whose sum is the next opening, so that no cycle has both the view of the buffer and all of the choice.
+  // lengths each, which together are the next opening, so that no cycle has both the view of the buffer and all of the choice.
   localparam int OPEN = 2 + LANES;  // kind and mask
   localparam int KINDS = LANES + 3;  // by the number of templates; of a run of empty words; of the same templates again
   localparam int PARTS = (KINDS + 1) / 2;
   function automatic int length_of(input int kind);
     length_of = kind <= LANES ? OPEN + 2 * DIVIDERS + kind * TEMPLATE : kind == LANES + 1 ? 2 + RUN : 2;
   endfunction
-  // Whether `bits` bits from a place on lie before the end of `lines`, which is at most four lines from there.
+  // Whether `bits` bits from a place on, at most a line, lie before the end of `lines`, which is at most four lines from there.
   function automatic logic reaches(input logic [2:0] lines, input logic [WRAP-1:0] from, input int bits);
     logic [2:0] left;
     left = lines - from[BIT+:3];

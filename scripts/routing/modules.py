@@ -41,6 +41,10 @@ ROWS = [
     *(("ecp5_85_8", *engine, seed) for engine in ENGINES for seed in range(1, 4)),
     *(("ecp5_85_8", *engine, 1) for engine in (WIDEST, *SHAPES)),
     ("ecp5_85_8", "sequencer_compressed", "LANES=1 ADDRESS_BITS=12 CODE_BITS=10 FETCH=64", 1),
+    *(
+        ("ecp5_85_8", "sequencer_compressed", "LANES=4 ADDRESS_BITS=12 CODE_BITS=10 FETCH=128", seed)
+        for seed in range(1, 4)
+    ),
     ("ecp5_85_8", "axi_stream", "PORTS=2 FETCH=128 BEAT=64 CODE_BITS=17", 1),
     *(("ecp5_85_8", "picorv32_axi", "TWO_CYCLE_ALU=1", seed) for seed in range(1, 6)),
     *(("lifcl_40_9", *unit, seed) for unit in (*UNITS, *LANES) for seed in range(1, 6)),

@@ -7,16 +7,24 @@ import csv
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import orbsoc
-from hw_model import load_platform
+from benchmarks.guidance import rendezvous
+from hw_model import load_partition, load_platform, parse_trace, speedup
+from hw_model.area.budget import budget
 from hw_model.platform.parameter import Parameter
 from hw_model.platform.platform import Platform
-from scripts.write_mpc_problem import mpc
+from orbsoc.conic.problem import Problem
+from orbsoc.conic.settings import Settings
+from orbsoc.conic.solution import Status
+from orbsoc.hw.emulation import PsScheduler
+from orbsoc.hw.exact_cycles import exact_cycles
+from scripts.write_mpc_problem import in_three_axes, mpc
 from tests.printed import NUMBER, near
 from tests.site.test_numbers import missing, numbers_of
 from tests.site.test_schedule_tables import rows
@@ -73,6 +81,50 @@ def test_programs_of_a_plan(row: list[str], tmp_path: Path) -> None:
     stated = " ".join((microcode.split(",")[0], stays, loads if loads != "0" else "", of_the_run))
     assert missing(stated, list(numbers_of(printed))) == [], printed
     assert (loads == "0") == ("stay together" in printed)
+
+
+STREAMED: dict[str, Callable[[], Problem]] = {
+    "MPC, 40 steps": lambda: in_three_axes(40),
+    "rendezvous, 60 steps": lambda: rendezvous(60, 0, approach_cone=False),
+}
+
+
+@pytest.mark.parametrize("name", STREAMED)
+def test_streamed_engines(name: str) -> None:
+    """With what holds the microcode in block RAM they do not fit."""
+    scheduler, resident = PsScheduler(), load_partition("resident")
+    assert scheduler(STREAMED[name](), Settings(ordering="nested_dissection")).status is Status.SOLVED
+    trace = parse_trace(scheduler.trace)
+    cycles = exact_cycles(scheduler.patterns, settings=scheduler.pattern_settings)
+    problem, held = "", 0
+    for first, engine, in_all, streamed, bram36, nearest, time, _ in rows(
+        MODEL, "| problem | lanes, dividers"
+    ):
+        problem = first or problem
+        if problem != name:
+            continue
+        shape, _, depth = engine.partition("; ")
+        lanes, dividers, clusters = map(int, shape.split(", "))
+        one = load_platform("zu9eg").with_values({
+            "pl.lanes": lanes, "pl.dividers": dividers, "pl.clusters": clusters, "pl.banks": 16 if lanes == 4 else 32,
+            "pl.storage_depth": "exact" if depth == "exact depth" else "power_of_two",
+        })  # fmt: skip
+        loaded = budget(trace, one, resident, cycles)
+        assert not loaded.fits
+        assert loaded.microcode_bram36 == int(in_all.replace(" ", ""))
+        platform = one.with_values({
+            "pl.microcode_memory": "streamed", "pl.stream_ports": lanes // 4, "pl.stream_bytes_per_cycle": 16.0,
+        })  # fmt: skip
+        found = budget(trace, platform, resident, cycles)
+        assert found.fits
+        assert found.microcode_bram36 == int(streamed)
+        assert next(use.used for use in found.uses if use.kind == "bram36") == int(bram36)
+        tightest = {"bram36": "block RAM", "lut": "LUT"}[found.tightest.kind]
+        assert nearest == f"{tightest}, {100 * found.tightest.share / found.tightest.ceiling:.0f} %"
+        made = speedup(trace, platform, "resident", cycles=cycles).makespan_ms
+        assert time == f"{made.nominal:.3f} ({made.low:.2f}–{made.high:.2f})"
+        held += 1
+    assert held == 2
 
 
 SHAPE = re.compile(r"(\d) of (\d+) lanes(?:, (\d+) dividers)?(?:, (\d+) clusters)?")
