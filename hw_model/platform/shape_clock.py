@@ -30,9 +30,18 @@ class RoutedShape(NamedTuple):
     clusters: int
     compressed: bool = False
 
-
-REFERENCE = RoutedShape("f64", 4, 4)
-"""The shape that clocks of devices are of: the slowest on record (docs/hardware-model.md, Clock)."""
+    @property
+    def words(self) -> str:
+        """For a reader."""
+        lanes = "one lane" if self.lanes == 1 else f"{self.lanes} lanes"
+        split = (
+            f" in {self.clusters} clusters"
+            if self.clusters > 1
+            else ", one crossbar"
+            if self.lanes > 1
+            else ""
+        )
+        return f"{self.datapath}, {lanes}{split}, {'compressed' if self.compressed else 'flat'}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +56,14 @@ class ClockLaw:
         """On the part of the record."""
         return float(np.exp(np.dot(_chosen(shape, self.terms), self.coefficients)))
 
+    @property
+    def slowest(self) -> RoutedShape:
+        """Of those that were routed: clocks of devices are of it (docs/hardware-model.md, Clock)."""
+        return min(self.shapes, key=lambda shape: self.shapes[shape])
+
     def gain(self, shape: RoutedShape) -> float:
-        """Its clock over that of REFERENCE."""
-        return self.mhz(shape) / self.mhz(REFERENCE)
+        """Its clock over that of the slowest."""
+        return self.mhz(shape) / self.mhz(self.slowest)
 
     def error(self, shape: RoutedShape) -> float:
         """Relative, of a shape that was routed."""

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hw_model.platform.platform import Platform
-from hw_model.platform.shape_clock import REFERENCE, RoutedShape, clock_law
+from hw_model.platform.shape_clock import RoutedShape, clock_law
 from hw_model.vocabulary import Datapath
 
 
 @dataclass(frozen=True, slots=True)
 class ClockOfShape:
-    """By the law of the engines that were routed: `gain` is the clock of a shape over that of the shape that devices' clocks are of,
+    """By the law of the engines that were routed: `gain` is the clock of a shape over that of the slowest, which devices' clocks are of,
     `residual` the law's largest relative error, `reached` whether shapes were routed on both sides."""
 
+    slowest: RoutedShape
     gain: float
     residual: float
     reached: bool
@@ -21,11 +22,10 @@ class ClockOfShape:
     @property
     def words(self) -> str:
         """A line of a report."""
-        reference = f"f64 on {REFERENCE.lanes} lanes in {REFERENCE.clusters} clusters"
         beyond = "" if self.reached else "; beyond what was routed"
         return (
-            f"clock of this shape {self.gain:.2f} times that of {reference}, which the device's is of, by the law of routed"
-            f" engines (within {100 * self.residual:.1f} % of them{beyond}); not in the times"
+            f"clock of this shape {self.gain:.2f} times that of the slowest routed ({self.slowest.words}), which the device's is"
+            f" of, by the law of routed engines (within {100 * self.residual:.1f} % of them{beyond}); not in the times"
         )
 
 
@@ -38,4 +38,4 @@ def clock_of_shape(platform: Platform, datapath: Datapath) -> ClockOfShape | Non
         datapath, pl.lanes.value, pl.clusters.value, compressed=pl.microcode_format.value == "compressed"
     )
     law = clock_law()
-    return ClockOfShape(law.gain(shape), law.residual, law.reaches(shape))
+    return ClockOfShape(law.slowest, law.gain(shape), law.residual, law.reaches(shape))

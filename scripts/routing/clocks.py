@@ -8,6 +8,7 @@ from typing import Any
 
 from hw_model.platform.shape_clock import clock_law
 from scripts.record_synthesis import FORMATS, ROOT
+from scripts.routing.modules import UNFINISHED_MIN
 
 RECORD = ROOT / "hw_model" / "platform" / "route.json"
 PAGE = ROOT / "docs" / "rtl.md"
@@ -22,25 +23,20 @@ NEWER = ("zu9eg", "zu7ev", "k26")
 """Devices a generation of the vendor's logic after its slowest printed one, Artix-7 -1."""
 
 SCALING = (
-    "low: the slowest engine with flat microcode that open tools route on an ECP5{floor}; high: times PicoRV32's gain from there to the logic of"
+    "low: the slowest engine that open tools route on an ECP5{floor}; high: times PicoRV32's gain from there to the logic of"
     " this device, its authors' figure over ours; value: times the root of it (docs/hardware-model.md, Clock)"
 )
 FLOOR = ", times PicoRV32's gain from there to Artix-7 -1, the slowest logic of the generation before"
 
 
 def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int, int]:
-    """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5. An engine with compressed
-    microcode is slower (docs/hardware-model.md, By shape), and not in it.
+    """The PL clock of a device, and its band, from the worst seeds of the engines and of PicoRV32 on the ECP5.
 
     High: the engines' clock times PicoRV32's gain from the ECP5 to the device. Low: no gain, as an engine has more wires
     than that core; on a NEWER device the gain of the generation before. Value: the root of the gain.
     """
     worst = {
-        module: min(
-            row["mhz"]
-            for row in rows
-            if row["part"] == "ecp5_85_8" and row["module"] == module and not is_compressed(row)
-        )
+        module: min(row["mhz"] for row in rows if row["part"] == "ecp5_85_8" and row["module"] == module)
         for module in ("engine", "picorv32_axi")
     }
     engine, core = worst["engine"], worst["picorv32_axi"]
@@ -49,13 +45,35 @@ def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int,
     return round(low), round(engine * gain**0.5), round(engine * gain)
 
 
-def is_compressed(row: dict[str, Any]) -> bool:
-    """Whether a row is of an engine with compressed microcode."""
-    return "SEQUENCER=1" in row.get("parameters", "")
+def derived_clocks_mhz(slowest: int, zu9eg: tuple[int, int, int]) -> dict[str, tuple[int, int, int]]:
+    """Clocks and bands of parts whose clock no author of PicoRV32 prints, from the slowest engine's and a ZU9EG's (their files say how).
+
+    Versal: MicroBlaze's clocks on it and on UltraScale+ (UG984). NG-Ultra: from a third of the slowest engine's up to it. PolarFire: 40
+    to 28 nm either way.
+    """
+    low, _, high = (mhz * 456 / 661 for mhz in zu9eg)
+    return {
+        "vc1902": (round(low), round((slowest * high) ** 0.5), round(high)),
+        "ng_ultra": (round(slowest / 3), round(slowest / 3**0.5), slowest),
+        "mpfs250t": (round(slowest * 28 / 40), slowest, round(slowest * 40 / 28)),
+    }
 
 
 def write_clocks(rows: list[dict[str, Any]]) -> None:
     """The PL clocks of the devices, into their files."""
+    slowest = scaled_clock_mhz("xc7z045", rows)[0]
+    for device, (low, value, high) in derived_clocks_mhz(slowest, scaled_clock_mhz("zu9eg", rows)).items():
+        path = DEVICES / f"{device}.toml"
+        before, pl, after = path.read_text().partition("[pl]\n")
+        line = f"clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0,"
+        after = re.sub(
+            r"^clock_mhz = \{ value = [\d.]+, low = [\d.]+, high = [\d.]+,",
+            line,
+            after,
+            count=1,
+            flags=re.MULTILINE,
+        )
+        path.write_text(before + pl + after)
     for device in PUBLISHED_MHZ:
         low, value, high = scaled_clock_mhz(device, rows)
         path = DEVICES / f"{device}.toml"
@@ -102,6 +120,10 @@ def table() -> str:
             f" | {worst['lut']} | {worst['ff']} | {worst['dsp']} | {worst['bram']}"
             f" | `{worst['from']}` to `{worst['to']}`, {100 * worst['routing']:.0f} % |"
         )
+    lines += [
+        f"| ecp5_85_8 | `engine` {parameters} | 1 | not finished in {minutes} minutes | | | | | | |"
+        for parameters, minutes in UNFINISHED_MIN.items()
+    ]
     if any(row["module"] == "engine" for row in rows):
         lines += shapes()
         lines += ["", "| device | PL clock scaled to it, MHz | low | high |", "|---|--:|--:|--:|"]
@@ -120,11 +142,9 @@ def shapes() -> list[str]:
         "|---|--:|--:|--:|",
     ]
     for shape, mhz in law.shapes.items():
-        lanes = "one lane" if shape.lanes == 1 else f"{shape.lanes} lanes, {shape.clusters} clusters"
-        how = "compressed" if shape.compressed else "flat"
         try:
             left_out = f"{law.without(shape).mhz(shape):.1f}"
         except ValueError:
             left_out = ""
-        lines.append(f"| {shape.datapath}, {lanes}, {how} | {mhz:.1f} | {law.mhz(shape):.1f} | {left_out} |")
+        lines.append(f"| {shape.words} | {mhz:.1f} | {law.mhz(shape):.1f} | {left_out} |")
     return lines

@@ -112,3 +112,32 @@ def test_where_the_papers_design_lies(search: str, told: tuple[str, str], tmp_pa
     said, names = told
     stated = numbers(TEXT[TEXT.index(said) :])[:4]
     assert all(map(near, stated, [f"{figures[name]:.9g}" for name in names.split()])), (stated, figures)
+
+
+CASES = {
+    "zu9eg": "(# to #) interior-point iterations, (# to #) ms nominally and at worst (#) ms: (WORD) at (#) ms, which is (#) ms short of that",
+    "xc7z045": "they take (# to #) ms and at worst (#) ms: (WORD) at (#) ms with (#) ms to spare",
+}
+"""What the page says of its two commands."""
+
+
+def test_dispersed_cases(tmp_path: Path) -> None:
+    commands = re.findall(r"^orbsoc (plan \S+ --cases .*) --out", TEXT, re.MULTILINE)
+    assert len(commands) == len(CASES)
+    for words, (device, sentence) in zip(commands, CASES.items(), strict=True):
+        command = [sys.executable, "-m", "orbsoc", *words.split(), "--out", str(tmp_path)]
+        subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+        found = json.loads((tmp_path / "deadline.json").read_text(encoding="utf-8"))
+        assert found["device"] == device
+        told = re.search(sentence.replace("#", r"[\d.]+\d").replace("WORD", "[A-Z]+"), " ".join(TEXT.split()))
+        assert told
+        *ranges, worst, verdict, deadline, margin = told.groups()
+        iterations = [int(each) for each in found["ipm_iterations"]]
+        nominal = [found["time_ms"]["min"], found["time_ms"]["max"]]
+        for stated, made in zip(ranges[::-1], (nominal, [min(iterations), max(iterations)]), strict=False):
+            hold(stated, made)
+        hold(worst, [found["worst_ms"]["max"]])
+        hold(deadline, [found["deadline_ms"]])
+        hold(margin, [abs(found["margin_ms"])])
+        assert found["verdict"] == verdict
+        assert (found["margin_ms"] < 0) == ("short" in sentence)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hw_model.platform.platform import load_platform
-from hw_model.platform.shape_clock import REFERENCE, RoutedShape, clock_law, fitted
+from hw_model.platform.shape_clock import RoutedShape, clock_law, fitted
 from hw_model.report.clock_of_shape import clock_of_shape
 
 PAGE = (Path(__file__).parents[3] / "docs" / "hardware-model.md").read_text(encoding="utf-8")
@@ -28,7 +28,7 @@ def test_a_law_is_recovered_from_its_own_clocks() -> None:
     assert law.residual == pytest.approx(0.0, abs=1e-12)
     other = RoutedShape("f64", 16, 4, compressed=True)
     assert law.mhz(other) == pytest.approx(known(other), rel=1e-9)
-    assert law.gain(other) == pytest.approx(known(other) / known(REFERENCE), rel=1e-9)
+    assert law.gain(other) == pytest.approx(known(other) / min(map(known, SHAPES)), rel=1e-9)
 
 
 def test_a_term_in_which_no_two_differ_is_left_out_and_not_reached() -> None:
@@ -45,12 +45,6 @@ def test_shapes_that_do_not_determine_the_terms_are_refused() -> None:
         fitted({shape: known(shape) for shape in (RoutedShape("f64", 1, 1), RoutedShape("f32", 4, 4))})
 
 
-def test_the_record_has_the_reference_and_it_is_the_slowest_with_flat_microcode() -> None:
-    law = clock_law()
-    flat = [shape for shape in law.shapes if not shape.compressed]
-    assert min(flat, key=lambda shape: law.shapes[shape]) == REFERENCE
-
-
 @pytest.mark.xfail(strict=True, reason="5.1 %: f64 with 2 lanes, from one seed, is as quick as one lane")
 def test_the_law_is_within_a_twentieth_of_each_engine() -> None:
     assert clock_law().residual < 0.05
@@ -62,20 +56,18 @@ def test_the_page_says_what_the_law_says() -> None:
     said = f"twice the lanes take {-100 * (2.718281828**lanes - 1):.1f} % of the clock, binary64 {-100 * (2.718281828**binary64 - 1):.0f} %"
     assert said in PAGE
     assert f"within {100 * law.residual:.1f} % of all {len(law.shapes)} engines" in PAGE
-    compressed = 2.718281828 ** law.coefficients[law.terms.index(4)]
-    assert f"Compressed microcode takes {100 * (1 - compressed):.0f} % of the clock" in PAGE
-    assert f"{law.shapes[RoutedShape('f32', 4, 4, compressed=True)]:.1f} MHz where" in PAGE
-    clock = load_platform("zu9eg").pl.clock_mhz
-    assert clock.low is not None
-    assert clock.high is not None
-    value, low, high = (round(compressed * mhz) for mhz in (clock.value, clock.low, clock.high))
-    assert f"would be {value} ({low}–{high}) with compressed microcode" in PAGE
-    assert f"low end {compressed * law.shapes[REFERENCE]:.0f}, not 100" in PAGE
+    crossbar, compressed = (2.718281828 ** law.coefficients[law.terms.index(term)] for term in (3, 4))
+    assert f"compressed microcode {100 * (1 - compressed):.0f} %" in PAGE
+    assert f"twice the lanes in a cluster {100 * (1 - crossbar):.1f} %" in PAGE
+    low = load_platform("xc7z045").pl.clock_mhz.low
+    assert low is not None
+    assert round(law.shapes[law.slowest]) == low
+    assert f"{law.slowest.words}, {law.shapes[law.slowest]:.1f} MHz" in PAGE
 
 
 @pytest.mark.parametrize(
     ("settings", "gain", "reached"),
-    [({"pl.lanes": 4, "pl.clusters": 4, "pl.microcode_format": "flat"}, 1.0, True), ({"pl.lanes": 16, "pl.clusters": 8}, None, False)],
+    [({"pl.lanes": 4, "pl.clusters": 4}, 1.0, True), ({"pl.lanes": 16, "pl.clusters": 8}, None, False)],
 )  # fmt: skip
 def test_a_report_names_the_shape_and_says_where_none_was_routed(
     settings: dict[str, object], gain: float | None, reached: bool
