@@ -1,7 +1,7 @@
 """The clock of an engine by its shape: a law fitted to the engines that open tools placed and routed (route.json).
 
-log MHz = a + b log2(lanes) + c [binary64] + d log2(lanes in a cluster) + e [compressed microcode], by least squares over shapes, each
-the mean of its seeds. A term in which no two routed shapes differ is left out, and shapes that differ from them in it are beyond the law.
+log MHz = a + b log2(lanes) + c [binary64] + d log2(lanes in a cluster) + e [compressed microcode] log2(lanes), by least squares over
+shapes, each the mean of its seeds: the decoder of compressed microcode grows with the lanes. A term in which no two routed shapes differ is left out, and shapes that differ from them in it are beyond the law.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _terms(shape: RoutedShape) -> list[float]:
         float(np.log2(shape.lanes)),
         float(shape.datapath == "f64"),
         float(np.log2(shape.lanes / shape.clusters)),
-        float(shape.compressed),
+        float(shape.compressed * np.log2(shape.lanes)),
     ]
 
 

@@ -20,7 +20,13 @@ SHAPES = [
 def known(shape: RoutedShape) -> float:
     """MHz of a law whose terms are powers."""
     slow = 0.5 if shape.datapath == "f64" else 1.0
-    return 160.0 * slow * shape.lanes**-0.5 * (shape.lanes / shape.clusters) ** -0.25 * 0.8**shape.compressed
+    return (
+        160.0
+        * slow
+        * shape.lanes**-0.5
+        * (shape.lanes / shape.clusters) ** -0.25
+        * shape.lanes ** (-0.3 * shape.compressed)
+    )
 
 
 def test_a_law_is_recovered_from_its_own_clocks() -> None:
@@ -45,7 +51,9 @@ def test_shapes_that_do_not_determine_the_terms_are_refused() -> None:
         fitted({shape: known(shape) for shape in (RoutedShape("f64", 1, 1), RoutedShape("f32", 4, 4))})
 
 
-@pytest.mark.xfail(strict=True, reason="5.1 %: f64 with 2 lanes, from one seed, is as quick as one lane")
+@pytest.mark.xfail(
+    strict=True, reason="5.2 %: f64 with 4 lanes, from one seed, is slower than said; with 2 lanes quicker"
+)
 def test_the_law_is_within_a_twentieth_of_each_engine() -> None:
     assert clock_law().residual < 0.05
 
@@ -53,16 +61,19 @@ def test_the_law_is_within_a_twentieth_of_each_engine() -> None:
 def test_the_page_says_what_the_law_says() -> None:
     law = clock_law()
     lanes, binary64 = (law.coefficients[law.terms.index(term)] for term in (1, 2))
-    said = f"twice the lanes take {-100 * (2.718281828**lanes - 1):.1f} % of the clock, binary64 {-100 * (2.718281828**binary64 - 1):.0f} %"
-    assert said in PAGE
+    assert f"twice the lanes take {-100 * (2.718281828**lanes - 1):.1f} % of the clock" in PAGE
+    assert f"binary64 takes {-100 * (2.718281828**binary64 - 1):.0f} %" in PAGE
     assert f"within {100 * law.residual:.1f} % of all {len(law.shapes)} engines" in PAGE
     crossbar, compressed = (2.718281828 ** law.coefficients[law.terms.index(term)] for term in (3, 4))
-    assert f"compressed microcode {100 * (1 - compressed):.0f} %" in PAGE
+    assert f"and with compressed microcode another {100 * (1 - compressed):.1f} %" in PAGE
     assert f"twice the lanes in a cluster {100 * (1 - crossbar):.1f} %" in PAGE
     low = load_platform("xc7z045").pl.clock_mhz.low
     assert low is not None
     assert round(law.shapes[law.slowest]) == low
     assert f"{law.slowest.words}, {law.shapes[law.slowest]:.1f} MHz" in PAGE
+    default = RoutedShape("f64", 4, 1, compressed=True)
+    said = f"The law says {law.mhz(default):.0f} MHz of it, {law.gain(default):.2f} times the slowest's"
+    assert said in PAGE
 
 
 @pytest.mark.parametrize(
@@ -72,7 +83,7 @@ def test_the_page_says_what_the_law_says() -> None:
 def test_a_report_names_the_shape_and_says_where_none_was_routed(
     settings: dict[str, object], gain: float | None, reached: bool
 ) -> None:
-    found = clock_of_shape(load_platform("zu9eg").with_values(settings), "f64")
+    found = clock_of_shape(load_platform("zu9eg").with_values(settings), "f32")
     assert found is not None
     assert found.reached == reached
     assert ("beyond what was routed" in found.words) != reached
