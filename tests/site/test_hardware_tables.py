@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hw_model import load_partition, load_platform, speedup
-from hw_model.platform.platform import Platform
+from hw_model.platform.platform import Platform, platform_names
 from hw_model.report.quantiles import speedup_quantiles
 from orbsoc.hw.exact_cycles import exact_cycles
 from orbsoc.hw.workload import Workload, load_workload
@@ -58,6 +58,27 @@ def test_times_of_the_partitions_on_three_engines(rec1: Workload) -> None:
             hold(cell, [report.makespan_ms.nominal, report.speedup.nominal])
 
 
+FOUR_DIVIDERS = {
+    "rec1.toml amd": "With four dividers `resident` takes # ms on 8 lanes and # on 16;",
+    "rendezvous_40.json nested_dissection": "takes # ms on 8 lanes with four dividers and # on 16",
+}
+"""By problem and order what the page says of its times at 150 MHz."""
+
+
+@pytest.mark.parametrize("problem", FOUR_DIVIDERS)
+def test_times_with_four_dividers(problem: str) -> None:
+    scenario, order = problem.split()
+    work = load_workload(ROOT / "scenarios" / scenario, order)
+    cycles = exact_cycles(work.problems, (), work.settings)
+    shown = re.search(re.escape(FOUR_DIVIDERS[problem]).replace(r"\#", r"([\d.]+)"), " ".join(TEXT.split()))
+    assert shown
+    for lanes, stated in zip((8, 16), shown.groups(), strict=True):
+        machine = load_platform("zu9eg").with_values(
+            {"pl.lanes": lanes, "pl.clock_mhz": 150.0, "pl.dividers": 4}
+        )
+        hold(stated, [speedup(work.trace, machine, "resident", cycles=cycles).makespan_ms.nominal])
+
+
 def band_rows() -> Iterator[tuple[str, Platform, list[str]]]:
     """Partition, device and cells of each row of the second table."""
     prices = {"operations": "flop_per_cycle", "executed instructions": "executed_instructions"}
@@ -87,6 +108,30 @@ def test_every_mission(tmp_path: Path) -> None:
     shown = rows("| mission | solves |")
     assert len(shown) == 18
     assert all(map(shows, shown, made[: len(shown)]))
+
+
+def test_the_papers_partition_is_beaten_on_as_many_computers_as_the_page_says(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "orbsoc", "hw", "partition", "scenarios/rec1.toml", "--all"]
+    done = subprocess.run(
+        [*command, "--out", str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    verdict = (
+        r"Pareto-optimal on 0 of (\d+) computers; it is beaten on (\d+), on (\d+) of them over the whole band"
+    )
+    found = re.search(verdict, done.stdout)
+    assert found
+    computers, beaten, over_the_band = found.groups()
+    assert computers == beaten
+    said = f"none of {computers} computers; another is better on all of them, on {over_the_band} over the whole band"
+    assert said in " ".join(TEXT.split())
+    priced = re.search(r": (\d+) configurations", done.stdout)
+    assert priced
+    assert f"{int(priced[1]):,} configurations".replace(",", " ") in TEXT
+
+
+def test_the_page_counts_the_computers_of_all_platforms() -> None:
+    """On four numbers of lanes at three clocks."""
+    assert f"none of {12 * len(platform_names())} computers" in " ".join(TEXT.split())
 
 
 DESIGNS = {
