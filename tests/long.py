@@ -12,7 +12,7 @@ LONG: dict[str, tuple[str, ...]] = {
     "site/test_flying_page.py": (r"\[out of reach\]",),
     "site/test_fly_around_tables.py": (r"flights_with_errors.*\[(paper|equal|fewest|16|20)",),
     "site/test_hardware_tables.py": ("test_quantiles", "test_every_mission", "papers_design_lies", "beaten_on_as_many"),
-    "site/test_computer_tables.py": (r"ng_ultra\[paper00[013]", "throughput_of", r"precision\[rec1"),
+    "site/test_computer_tables.py": (r"ng_ultra\[paper00[013]", "throughput_of", r"precision\[rec1", "hold_the_fly_around"),
     "site/test_schedule_tables.py": ("what_clusters_cost",),
     "site/test_oblate_table.py": (r"\[(station_rbar|elliptic_servicing)-", r"from 600 m-True"),
     "site/test_plan_without_j2.py": (r"two_burns\[(`turn|the raise)", "one_burn_that_waits"),

@@ -127,6 +127,41 @@ def test_streamed_engines(name: str) -> None:
     assert held == 2
 
 
+def fly_around_cells() -> list[tuple[str, str, str]]:
+    """Partition, device and cell of the first problem's two rows."""
+    devices = ("zu9eg", "zu7ev", "k26", "xc7z045")
+    return [
+        (partition.strip("`"), device, cell)
+        for _, partition, *cells in rows(MODEL, "| problem | partition | ZU9EG")[:2]
+        for device, cell in zip(devices, cells, strict=True)
+        if cell
+    ]
+
+
+@pytest.mark.parametrize(("partition", "device", "cell"), fly_around_cells())
+def test_what_would_hold_the_fly_around(partition: str, device: str, cell: str, tmp_path: Path) -> None:
+    command = [
+        sys.executable, "-m", "orbsoc", "hw", "budget", str(SCENARIOS / "paper001_fewest.toml"), "--device", device,
+        "--partition", partition, "--set", "pl.clock_mhz=150", "--out", str(tmp_path / "run"),
+    ]  # fmt: skip
+    printed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    assert " 5 programs" in printed
+    if cell.startswith("fits"):
+        (share,) = re.findall(r"(\d+) % of its ceiling", cell)
+        used = re.search(r"^bram36 .* ([\d.]+) % +80 %", printed, re.MULTILINE)
+        assert used
+        assert near(share, str(float(used[1]) / 0.8))
+        assert ": FITS" in printed
+        return
+    (time,) = re.findall(r"([\d.]+) ms", cell)
+    would = dict(re.findall(r"^would fit: (.*): ([\d.]+) ms", printed, re.MULTILINE))
+    words = (
+        "streamed_start" if "start streamed" in cell else "best (" if "best" in cell else "streamed",
+        "ultra_ram" * ("UltraRAM" in cell),
+    )
+    assert any(near(time, made) and all(word in how for word in words) for how, made in would.items()), would
+
+
 SHAPE = re.compile(r"(\d) of (\d+) lanes(?:, (\d+) dividers)?(?:, (\d+) clusters)?")
 
 
