@@ -1,7 +1,8 @@
 """The clock of an engine by its shape: a law fitted to the engines that open tools placed and routed (route.json).
 
 log MHz = a + b log2(lanes) + c [binary64] + d log2(lanes in a cluster) + e [compressed microcode] log2(lanes), by least squares over
-shapes, each the mean of its seeds: the decoder of compressed microcode grows with the lanes. A term in which no two routed shapes differ is left out, and shapes that differ from them in it are beyond the law.
+shapes, each the mean of its seeds. The decoder of compressed microcode grows with the lanes. A term in which no two routed shapes
+differ is left out, and shapes that differ from them in it are beyond the law.
 """
 
 from __future__ import annotations
@@ -33,15 +34,9 @@ class RoutedShape(NamedTuple):
     @property
     def words(self) -> str:
         """For a reader."""
-        lanes = "one lane" if self.lanes == 1 else f"{self.lanes} lanes"
-        split = (
-            f" in {self.clusters} clusters"
-            if self.clusters > 1
-            else ", one crossbar"
-            if self.lanes > 1
-            else ""
-        )
-        return f"{self.datapath}, {lanes}{split}, {'compressed' if self.compressed else 'flat'}"
+        split = f" in {self.clusters} clusters" if self.clusters > 1 else ", one crossbar"
+        lanes = "one lane" if self.lanes == 1 else f"{self.lanes} lanes{split}"
+        return f"{self.datapath}, {lanes}, {'compressed' if self.compressed else 'flat'}"
 
 
 @dataclass(frozen=True, slots=True)

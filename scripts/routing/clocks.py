@@ -22,11 +22,8 @@ FMQL45T900's logic is taken as an XC7Z045's."""
 NEWER = ("zu9eg", "zu7ev", "k26")
 """Devices a generation of the vendor's logic after its slowest printed one, Artix-7 -1."""
 
-SCALING = (
-    "low: the slowest engine that open tools route on an ECP5{floor}; high: times PicoRV32's gain from there to the logic of"
-    " this device, its authors' figure over ours; value: times the root of it (docs/hardware-model.md, Clock)"
-)
-FLOOR = ", times PicoRV32's gain from there to Artix-7 -1, the slowest logic of the generation before"
+CLOCK = re.compile(r"^clock_mhz = \{ value = [\d.]+, low = [\d.]+, high = [\d.]+,", re.MULTILINE)
+"""The numbers of a clock in a device's file, which says how they follow."""
 
 
 def scaled_clock_mhz(device: str, rows: list[dict[str, Any]]) -> tuple[int, int, int]:
@@ -61,28 +58,13 @@ def derived_clocks_mhz(slowest: int, zu9eg: tuple[int, int, int]) -> dict[str, t
 
 def write_clocks(rows: list[dict[str, Any]]) -> None:
     """The PL clocks of the devices, into their files."""
-    slowest = scaled_clock_mhz("xc7z045", rows)[0]
-    for device, (low, value, high) in derived_clocks_mhz(slowest, scaled_clock_mhz("zu9eg", rows)).items():
+    scaled = {device: scaled_clock_mhz(device, rows) for device in PUBLISHED_MHZ}
+    derived = derived_clocks_mhz(scaled["xc7z045"][0], scaled["zu9eg"])
+    for device, (low, value, high) in (scaled | derived).items():
         path = DEVICES / f"{device}.toml"
         before, pl, after = path.read_text().partition("[pl]\n")
-        line = f"clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0,"
-        after = re.sub(
-            r"^clock_mhz = \{ value = [\d.]+, low = [\d.]+, high = [\d.]+,",
-            line,
-            after,
-            count=1,
-            flags=re.MULTILINE,
-        )
-        path.write_text(before + pl + after)
-    for device in PUBLISHED_MHZ:
-        low, value, high = scaled_clock_mhz(device, rows)
-        path = DEVICES / f"{device}.toml"
-        source = SCALING.format(floor=FLOOR if device in NEWER else "")
-        line = f'clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0, tag = "scaled", source = "{source}" }}\n'
-        text = re.sub(
-            r"^(\[pl\]\npreset = .*\n)(clock_mhz = .*\n)?", rf"\1{line}", path.read_text(), flags=re.MULTILINE
-        )
-        path.write_text(text)
+        numbers = f"clock_mhz = {{ value = {value}.0, low = {low}.0, high = {high}.0,"
+        path.write_text(before + pl + CLOCK.sub(numbers, after, count=1))
 
 
 def key_of(row: dict[str, Any]) -> tuple[str, str, str, int]:

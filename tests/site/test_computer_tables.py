@@ -4,6 +4,7 @@ are those of the commands that the pages name. Answers that miss the tolerance a
 from __future__ import annotations
 
 import csv
+import json
 import re
 import subprocess
 import sys
@@ -146,6 +147,11 @@ def test_what_would_hold_the_fly_around(partition: str, device: str, cell: str, 
     ]  # fmt: skip
     printed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
     assert " 5 programs" in printed
+    workload = json.loads((tmp_path / "run" / "budget.json").read_text(encoding="utf-8"))["workload"]
+    (solves,) = re.findall(
+        r"fly-around, a plan \((\d+) solves, five patterns", (ROOT / "docs" / MODEL).read_text("utf-8")
+    )
+    assert f"({solves} solves," in workload
     if cell.startswith("fits"):
         (share,) = re.findall(r"(\d+) % of its ceiling", cell)
         used = re.search(r"^bram36 .* ([\d.]+) % +80 %", printed, re.MULTILINE)
