@@ -1,11 +1,13 @@
 """Count transfers between the two halves of the simulated chip, fit its link: hw_model/timing/rocket_link.json.
 
-    PYTHONPATH=. .venv/bin/python -m scripts.record_rocket_link          # what is not on record, minutes a problem
+    PYTHONPATH=. .venv/bin/python -m scripts.record_rocket_link          # what is not on record, a minute a run
     PYTHONPATH=. .venv/bin/python -m scripts.record_rocket_link --fit    # fits the record anew
 
-RUNS are on the chip: problems, each under a partition and at a ratio of the clocks. `resident` moves buffers once a solve, with caches that do
-not have them; `paper` moves them again and again. The law is that of hw_model/timing/link.py. None
-of them is an insertion, a rendezvous, a phasing, a model-predictive controller or passive safety: those are for judging.
+RUNS are on the chip: problems, each under a partition and at a ratio of the clocks. `resident` moves buffers once a solve, with caches that
+do not have them; `paper` moves them again and again. Each is counted in ORDERS, which link the program's files one after another in different
+ways: where code and data lie moves a run's link by some hundredths, and no law from a pattern has that. The law is that of
+hw_model/timing/link.py. None of the problems is an insertion, a rendezvous, a phasing, a model-predictive controller or passive safety:
+those are for judging (record_rocket_judged.py).
 """
 
 from __future__ import annotations
@@ -13,19 +15,26 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
 
+from hw_model import load_partition, load_platform
+from hw_model.timing.actions import actions_of
+from hw_model.timing.durations import Durations
 from hw_model.timing.instructions import FOLDER
+from hw_model.timing.link import BURST_BYTES, CACHED_BYTES
+from hw_model.timing.trace import parse_trace
 from orbsoc.conic.settings import Settings
+from orbsoc.hw.emulation import PsScheduler
 from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import Posed
+from orbsoc.soc.compare import DEVICE
+from orbsoc.soc.counted import Counted
 from orbsoc.soc.machine import Machine
-from orbsoc.soc.program import compiled
-from orbsoc.soc.runs import FORM, cache_folder, counted, lines_of
-from orbsoc.soc.timeline import buffer_words
+from orbsoc.soc.runs import FORM, counted
 from scripts.instruction_problems import FAMILIES
 from scripts.record_rocket import LATENCY, RTL
 
@@ -33,23 +42,30 @@ RECORD = FOLDER / "rocket_link.json"
 RUNS = (
     ("lasso-5", "resident", 6), ("lasso-5", "resident", 3), ("svm-3", "resident", 6), ("small_lp-100", "resident", 6),
     ("powered_descent-8", "resident", 6), ("lasso-5", "paper", 6), ("lasso-5", "paper", 3), ("svm-3", "paper", 6),
-    ("small_lp-100", "paper", 6), ("powered_descent-8", "paper", 6),
+    ("small_lp-100", "paper", 6), ("powered_descent-8", "paper", 6), ("svm-10", "resident", 6), ("lasso-20", "resident", 6),
+    ("powered_descent-20", "resident", 6), ("robust_kalman-15", "resident", 6), ("six_dof-6", "resident", 6), ("lasso-20", "paper", 6),
 )  # fmt: skip
+ORDERS = (0, 1, 2, 3)
+"""0: as programs are linked; others are seeds."""
 ENGINE = Engine(lanes=4, banks=16, address_bits=16)
 """As of the table in docs/whole-chip.md, so that they share a model."""
 REGISTER_ACCESSES = 7
 """Of a PUBLISH: four of its frame, STATUS, two words of flags."""
-PARTS = ("put", "get", "publish", "launch", "interrupt")
+LINK_PARTS = ("put", "get", "publish")
+PARTS = (*LINK_PARTS, "launch", "interrupt")
+
+Sizes = dict[str, dict[str, int]]
+"""By direction: how many transfers there are by their bytes."""
 
 
 class Row(NamedTuple):
-    """Clocks of the core by part, each with its runs; and each transfer, bytes and clocks, by direction, of a run that noted them."""
+    """A run: its transfers, and by order its clocks of the core by part, each with its runs."""
 
     name: str
     partition: str
     ratio: int
-    parts: dict[str, list[int]]
-    transfers: dict[str, list[list[int]]]
+    transfers: Sizes
+    orders: list[dict[str, list[int]]]
 
 
 def posed(name: str) -> Posed:
@@ -58,81 +74,94 @@ def posed(name: str) -> Posed:
     return Posed(FAMILIES[family][0](int(size)), Settings())
 
 
-def simulated(name: str, partition: str, ratio: int) -> dict[str, list[int]]:
-    """Runs and clocks of the parts of PARTS."""
+def simulated(problem: Posed, partition: str | None, ratio: float, order: int) -> Counted:
+    """A solve from cold, its program linked in an order."""
     found = counted(
-        posed(name), RTL, partition=partition, engine=ENGINE, ratio=ratio, latency=LATENCY,
+        problem, RTL, partition=partition, engine=ENGINE, ratio=ratio, latency=LATENCY, order=order,
         machine_of=lambda _: Machine.built(RTL, ENGINE, FORM, 0),
     )  # fmt: skip
     if not found.same_bits:
-        raise SystemExit(f"{name}: other bits than the host's")
-    return {
-        part.name: [part.runs, part.core_cycles]
-        for part in (*found.stages, *found.within)
-        if part.name in PARTS
-    }
-
-
-def noted(name: str, partition: str, ratio: int) -> dict[str, list[list[int]]]:
-    """Bytes and clocks of each transfer, by direction; noting them takes clocks as well."""
-    problem = posed(name)
-    program = compiled(
-        problem, RTL, cache_folder(), partition=partition, engine=ENGINE, form=FORM, warm=False, events=True
-    )
-    machine = Machine.built(RTL, ENGINE, FORM, 0)
-    size_bytes = [8 * words for words in buffer_words(problem).values()]
-    found: dict[str, list[list[int]]] = {"put": [], "get": []}
-    for line in lines_of(machine.run(program.image, ratio=ratio, latency=LATENCY), lambda _: None):
-        kind, *fields = line.split()
-        if kind == "event" and fields[0] in ("p", "g"):
-            buffer, begin, end = map(int, fields[1:])
-            found["put" if fields[0] == "p" else "get"].append([size_bytes[buffer], end - begin])
+        raise SystemExit(f"order {order}: other bits than the host's")
     return found
 
 
-def fitted(rows: list[Row]) -> dict[str, float]:
-    """Parameters of `[link]` and the interrupt's, by their names in rocket_soc.toml, with the least squares.
+def parts_of(run: Counted) -> dict[str, list[int]]:
+    """Runs and clocks of the parts of PARTS."""
+    return {
+        part.name: [part.runs, part.core_cycles] for part in (*run.stages, *run.within) if part.name in PARTS
+    }
 
-    Of transfers, of their clocks, for it is sums of them that the model gives; what noting takes is left out, its mean by run and direction.
-    Of registers and interrupts, of relative errors, under `paper`, where they come again, warm: once a solve they take a third more, and little of
-    the whole.
+
+def transfers(problem: Posed, partition: str) -> Sizes:
+    """Of a solve, as the model has them: an empty buffer is none."""
+    scheduler = PsScheduler()
+    scheduler(*problem)
+    trace, split = parse_trace(scheduler.trace), load_partition(partition)
+    durations = Durations(trace, load_platform(DEVICE), split)
+    found = {"put": Counter[str](), "get": Counter[str]()}
+    for action in actions_of(trace, split):
+        if action.work.kind == "copy":
+            direction = "put" if action.work.side == "pl" else "get"
+            found[direction][str(durations.size_bytes(action.work))] += 1
+    return {direction: dict(sizes) for direction, sizes in found.items()}
+
+
+def fitted(rows: list[Row]) -> dict[str, float]:
+    """Parameters of `[link]` and the interrupt's, by their names in rocket_soc.toml, with the least squares of relative errors.
+
+    Of transfers, of a run's clocks in one direction, the mean of its orders. Of registers and interrupts, under `paper`, where
+    they come again, warm: once a solve they take a third more, and little of the whole.
     """
-    again = [row for row in rows if row.partition == "paper"]
-    each = np.array([row.parts["publish"][1] / row.parts["publish"][0] / REGISTER_ACCESSES for row in again])
-    ratios = np.array([row.ratio for row in again], float)
-    fixed, cycles = np.linalg.lstsq(
-        np.column_stack([np.ones_like(ratios), ratios]) / each[:, None], np.ones_like(each), rcond=None
-    )[0]
-    law = nnls(*_transfers(rows))[0]
+    again = [(row.ratio, order) for row in rows if row.partition == "paper" for order in row.orders]
+    each = np.array([order["publish"][1] / order["publish"][0] / REGISTER_ACCESSES for _, order in again])
+    ratios = np.array([ratio for ratio, _ in again], float)
+    fixed, cycles = _relative(np.column_stack([np.ones_like(ratios), ratios]), each)
+    law = _relative(*_transfers(rows))
     accesses = 4  # STATUS, two words of flags, IRQ_ACK
     entry = [
-        row.parts["interrupt"][1] / row.parts["interrupt"][0] - accesses * (fixed + cycles * row.ratio)
-        for row in again
+        order["interrupt"][1] / order["interrupt"][0] - accesses * (fixed + cycles * ratio)
+        for ratio, order in again
     ]
     return {
         "register_ns": round(float(fixed), 1),
         "register_pl_cycles": round(float(cycles), 2),
         "dma_fixed_us": round(float(law[0]) / 1000.0, 3),
         "dma_fixed_pl_cycles": round(float(law[1]), 1),
-        "dma_to_pl_bytes_per_pl_cycle": round(1.0 / float(law[2]), 2),
-        "dma_to_ps_bytes_per_pl_cycle": round(1.0 / float(law[3]), 2),
+        "dma_first_ns_per_byte": round(float(law[2]), 2),
+        "dma_cached_ns_per_byte": round(float(law[3]), 3),
+        "dma_to_pl_bytes_per_pl_cycle": round(1.0 / float(law[4]), 2),
+        "dma_to_ps_bytes_per_pl_cycle": round(1.0 / float(law[5]), 2),
         "interrupt_entry_us": round(max(0.0, float(np.mean(entry))) / 1000.0, 3),
     }
 
 
+def errors(rows: list[Row]) -> np.ndarray:
+    """Of the fitted law, relative, of each run's transfers both ways."""
+    terms, clocks = _transfers(rows)
+    modelled = terms @ _relative(terms, clocks)
+    return np.asarray(modelled.reshape(-1, 2).sum(axis=1) / clocks.reshape(-1, 2).sum(axis=1) - 1.0)
+
+
+def _relative(terms: np.ndarray, clocks: np.ndarray) -> np.ndarray:
+    """Parameters, none below zero, with the least squares of relative errors."""
+    return np.asarray(nnls(terms / clocks[:, None], np.ones_like(clocks))[0])
+
+
 def _transfers(rows: list[Row]) -> tuple[np.ndarray, np.ndarray]:
-    """What the law of hw_model/timing/link.py says of each transfer of a byte or more, as a matrix of its parameters (fixed clocks of the
-    core, of the engine, clocks of the engine a byte to the PL and to the core), and its clocks. Memory is faster than either at these ratios."""
+    """What the law of hw_model/timing/link.py says of each run and direction, as a matrix of its parameters (clocks of the core a
+    transfer, of the engine, of the core a byte of the first burst and of what a cache may hold, of the engine a byte to the PL and to the
+    core), and the clocks. Memory is faster than either at these ratios."""
     terms, clocks = [], []
     for row in rows:
-        for direction, moved in row.transfers.items():
-            noting = (sum(took for _, took in moved) - row.parts[direction][1]) / len(moved)
-            for size, took in moved:
-                if size:
-                    sides = (size * (direction == "put"), size * (direction == "get"))
-                    terms.append([1.0, row.ratio, *(row.ratio * each for each in sides)])
-                    clocks.append(took - noting)
-    return np.array(terms, float), np.array(clocks)
+        for direction, sizes in row.transfers.items():
+            put, found = direction == "put", np.zeros(6)
+            for size, count in ((int(size), count) for size, count in sizes.items()):
+                beginning = (min(size, BURST_BYTES), put * min(size, CACHED_BYTES))
+                rest = (row.ratio * size * put, row.ratio * size * (not put))
+                found += count * np.array([1.0, row.ratio, *beginning, *rest])
+            terms.append(found)
+            clocks.append(np.mean([order[direction][1] for order in row.orders]))
+    return np.array(terms), np.array(clocks)
 
 
 def read() -> list[Row]:
@@ -143,27 +172,34 @@ def read() -> list[Row]:
     return [Row(*row) for row in document["rows"]]
 
 
-def main() -> int:
-    """Count what is missing, and fit."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fit", action="store_true", help="count nothing")
-    only_fit = parser.parse_args().fit
-    rows = read()
-    for run in () if only_fit else RUNS:
-        if run not in {row[:3] for row in rows}:
-            rows.append(Row(*run, simulated(*run), noted(*run)))
-            write(rows)
-            sys.stdout.write(f"{', '.join(map(str, run))}: counted\n")
-    sys.stdout.write(f"{json.dumps(write(rows))}\n")
-    return 0
-
-
 def write(rows: list[Row]) -> dict[str, float]:
     """The record of these rows, and their law."""
     law = fitted(rows)
     lines = ",\n".join(json.dumps(row) for row in rows)
     RECORD.write_text(f'{{"law": {json.dumps(law)},\n"rows": [\n{lines}\n]}}\n', encoding="utf-8")
     return law
+
+
+def count() -> None:
+    """The runs that are not on record."""
+    rows = read()
+    for name, partition, ratio in RUNS:
+        if (name, partition, ratio) not in {row[:3] for row in rows}:
+            problem = posed(name)
+            orders = [parts_of(simulated(problem, partition, ratio, order)) for order in ORDERS]
+            rows.append(Row(name, partition, ratio, transfers(problem, partition), orders))
+            write(rows)
+            sys.stdout.write(f"{name}, {partition}, {ratio}: counted\n")
+
+
+def main() -> int:
+    """Count what is missing, and fit."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--fit", action="store_true", help="count nothing")
+    if not parser.parse_args().fit:
+        count()
+    sys.stdout.write(f"{json.dumps(write(read()))}\n")
+    return 0
 
 
 if __name__ == "__main__":

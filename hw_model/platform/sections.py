@@ -192,7 +192,9 @@ class Link(Section):
     """Registers, direct memory access and copies by a core between PS and PL.
 
     The PS cleans its cache line by line before the PL reads by DMA, and invalidates it before it reads what DMA
-    wrote; both cost 0 on a coherent port.
+    wrote; both cost 0 on a coherent port. A transfer's first burst takes `dma_first_ns_per_byte` more: it is read before it is
+    written, and no burst before it hides that. Of a transfer to the PL the beginning, a KiB at most, takes `dma_cached_ns_per_byte` more: on a coherent
+    port a line that the core has written comes from its cache, and of long buffers few lines are there.
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
@@ -215,6 +217,8 @@ class Link(Section):
     core_read_pl_cycles_per_byte: Parameter[Duration]
     dma_fixed_us: Parameter[Duration]
     dma_fixed_pl_cycles: Parameter[Duration] = NONE
+    dma_first_ns_per_byte: Parameter[Duration] = NONE
+    dma_cached_ns_per_byte: Parameter[Duration] = NONE
     dma_to_pl_bytes_per_pl_cycle: Parameter[Rate]
     dma_to_ps_bytes_per_pl_cycle: Parameter[Rate]
     port_mb_s: Parameter[Rate]

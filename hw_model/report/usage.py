@@ -381,7 +381,7 @@ def _ways(usage: ParameterUse) -> list[bool]:
 OF_LOADS = frozenset(
     {
         "register_write_ns", "register_write_pl_cycles", "dma_fixed_us", "dma_fixed_pl_cycles",
-        "dma_to_pl_bytes_per_pl_cycle", "port_mb_s", "ddr_efficiency",
+        "dma_first_ns_per_byte", "dma_cached_ns_per_byte", "dma_to_pl_bytes_per_pl_cycle", "port_mb_s", "ddr_efficiency",
     }
 )  # fmt: skip
 """What of the link a load of a program takes."""

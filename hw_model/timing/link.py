@@ -12,6 +12,11 @@ if TYPE_CHECKING:
 
 Method = Literal["dma", "core"]
 _REGISTER_BYTES = 4
+BURST_BYTES = 128
+"""Of a DMA: 16 beats of 64 bits, the most that AXI3 has and what rtl/soc/soc_dma.sv makes."""
+
+CACHED_BYTES = 1024
+"""Of a transfer to the PL, what the core's cache may hold: of 256 to 8192 the power of two that fits the simulated chip's best."""
 
 
 class Residency:
@@ -73,12 +78,15 @@ def copy(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side, line_bytes:
 
 
 def dma(link: Link, pl_clock_mhz: float, size_bytes: int, to: Side) -> int:
-    """One DMA transfer: a fixed part, then the slower of the PL's side and the port to memory; picoseconds."""
+    """One DMA transfer: a fixed part, that of its beginning, then the slower of the PL's side and the port to memory; picoseconds."""
     per_cycle = link.dma_to_pl_bytes_per_pl_cycle if to == "pl" else link.dma_to_ps_bytes_per_pl_cycle
     # 1 MB/s is 1e-3 bytes/ns.
     port = link.port_mb_s.value * link.ddr_efficiency.value
     bytes_per_ns = min(per_cycle.value * pl_clock_mhz, port) * 1e-3
     fixed_ns = link.dma_fixed_us.value * 1000.0 + link.dma_fixed_pl_cycles.value * 1000.0 / pl_clock_mhz
+    fixed_ns += min(size_bytes, BURST_BYTES) * link.dma_first_ns_per_byte.value
+    if to == "pl":
+        fixed_ns += min(size_bytes, CACHED_BYTES) * link.dma_cached_ns_per_byte.value
     return picoseconds_of_ns(fixed_ns + size_bytes / bytes_per_ns)
 
 

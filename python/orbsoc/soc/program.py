@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import random
 import re
 import shutil
 import subprocess
@@ -67,10 +68,11 @@ def compiled(
     limit_clocks: int | None = None,
     warm: bool = True,
     events: bool = False,
+    order: int = 0,
 ) -> Program:
     """The flight code for a problem with its self-test, compiled; kept in `cache`. `patience`: rounds of about 4000 clocks
     that a launch may take, the driver's own by default; `limit_clocks`: of the PL, the program's own by default. Without `warm`, the solve from a point nearby is left out.
-    With `events` it prints when each part ran.
+    With `events` it prints when each part ran. `order`: a seed by which its files are linked in another order, so that code and data lie elsewhere.
     Raises SocError without a compiler, and what `export_c` raises."""
     if shutil.which(COMPILER) is None:
         raise SocError(
@@ -103,10 +105,13 @@ def compiled(
         ]
         script = rtl / "soc" / "program" / "link.ld"
         headers = sorted((rtl / "soc" / "program").glob("*.h"))
-        key = _digest(defines, [*sources, *sorted(folder.glob("**/*.h")), *board, *headers, script])
+        files = [*sources, *board]
+        if order:
+            random.Random(order).shuffle(files)
+        key = _digest(defines, [*files, *sorted(folder.glob("**/*.h")), *headers, script])
         image = cache / f"program-{key}.hex"
         if not image.exists():
-            linked(folder, [*sources, *board], script, defines, image, on_pl=on_pl)
+            linked(folder, files, script, defines, image, on_pl=on_pl)
         if not on_pl:
             return Program(image, key, None, form, 0)
         address_bits, lines = _sizes((folder / "pl_program.c").read_text(encoding="utf-8"))

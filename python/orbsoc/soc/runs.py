@@ -44,20 +44,21 @@ def counted(
     patience: int = PATIENCE_ROUNDS,
     limit_clocks: int | None = None,
     warm: bool = False,
+    order: int = 0,
     tell: Callable[[str], None] = lambda line: None,
     machine_of: Callable[[Program], Machine] | None = None,
 ) -> Counted:
     """The solve from cold by its flight code, counted; then, with `warm`, one from a point nearby.
 
     `partition`: None for the core alone. `patience`: rounds of a launch where there is a `fault`.
-    `limit_clocks`: of the PL, after which it stops a launch; the program's own by default. `tell` is called with a line on each step. `machine_of`: another way to a machine than
+    `limit_clocks`: of the PL, after which it stops a launch; the program's own by default. `order`: of the program's files (`compiled`). `tell` is called with a line on each step. `machine_of`: another way to a machine than
     `Machine.built`, for a run of the core alone on one that has an engine. Raises SocError, and what exporting raises.
     """
     cache = cache_folder()
     tell("compile the program")
     program = compiled(
         posed, rtl, cache, partition=partition, engine=engine, form=FORM,
-        patience=patience if fault else None, limit_clocks=limit_clocks, warm=warm,
+        patience=patience if fault else None, limit_clocks=limit_clocks, warm=warm, order=order,
     )  # fmt: skip
     tell("build the computer, minutes the first time")
     machine = (
