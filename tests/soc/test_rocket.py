@@ -72,7 +72,7 @@ def test_the_link_is_the_fit_of_its_record_and_the_platform_has_it() -> None:
 
 
 def test_the_link_meets_the_runs_it_is_fitted_to(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And it was right to say that of a KiB a cache holds what it can."""
+    """With a KiB of a write dearer better than with half or twice as much."""
     rows = record_rocket_link.read()
     assert {row[:3] for row in rows} == {*record_rocket_link.RUNS}
     assert {len(row.orders) for row in rows} == {len(record_rocket_link.ORDERS)}
