@@ -2,8 +2,8 @@
 
     PYTHONPATH=. .venv/bin/python -m scripts.record_rocket_judged    # what is not on record, minutes a run
 
-The first solve of each plan from cold, with the plan's own settings, alone and under both partitions. Under a partition the link's
-clocks are counted in ORDERS of the program's files, each with code and data in other places.
+The first solve of each plan from cold, with the plan's own settings, alone and under both partitions. Under a partition the parts of the
+link are counted in ORDERS of the program's files, each with code and data in other places.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 from orbsoc.conic.settings import Settings
 from orbsoc.hw.workload import Posed, solves_of
 from scripts.instruction_problems import SCENARIOS
-from scripts.record_rocket_link import ENGINE, LINK_PARTS, ORDERS, parts_of, simulated
+from scripts.record_rocket_link import ENGINE, ORDERS, Parts, parts_of, simulated
 from scripts.write_mpc_problem import mpc
 
 TESTS = Path(__file__).resolve().parent.parent / "tests" / "soc"
@@ -51,9 +51,11 @@ def held_out() -> list[dict[str, Any]]:
     return found
 
 
-def ordered() -> dict[str, list[int]]:
-    """The record of the link's clocks, by run and order."""
-    found: dict[str, list[int]] = json.loads(ORDERED.read_text(encoding="utf-8")) if ORDERED.exists() else {}
+def ordered() -> dict[str, list[Parts]]:
+    """The record of the link, by run and order."""
+    found: dict[str, list[Parts]] = (
+        json.loads(ORDERED.read_text(encoding="utf-8")) if ORDERED.exists() else {}
+    )
     return found
 
 
@@ -71,10 +73,11 @@ def main() -> int:
             )
             HELD_OUT.write_text(f"[\n{_lines(rows)}\n]\n", encoding="utf-8")
             sys.stdout.write(f"{name_of(name, partition)}: {run.core_cycles}\n")
-        found = clocks.setdefault(name_of(name, partition), []) if partition else list(ORDERS)
-        for order in ORDERS[len(found) :]:
-            parts = parts_of(simulated(posed(name), partition, RATIO, order))
-            found.append(sum(parts[part][1] for part in LINK_PARTS))
+        if partition is None:
+            continue
+        found = clocks.setdefault(name_of(name, partition), [])
+        for order in ORDERS[partition][len(found) :]:
+            found.append(parts_of(simulated(posed(name), partition, RATIO, order)))
             pairs = ",\n".join(f"{json.dumps(run)}: {json.dumps(each)}" for run, each in clocks.items())
             ORDERED.write_text(f"{{\n{pairs}\n}}\n", encoding="utf-8")
             sys.stdout.write(f"{name_of(name, partition)}, order {order}: {found[-1]}\n")

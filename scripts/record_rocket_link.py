@@ -5,8 +5,8 @@
 
 RUNS are on the chip: problems, each under a partition and at a ratio of the clocks. `resident` moves buffers once a solve, with caches that
 do not have them; `paper` moves them again and again. Each is counted in ORDERS, which link the program's files one after another in different
-ways: where code and data lie moves a run's link by some hundredths, and no law from a pattern has that. The law is that of
-hw_model/timing/link.py. None of the problems is an insertion, a rendezvous, a phasing, a model-predictive controller or passive safety:
+ways: where code and data lie moves a run's link by some hundredths, a launch and an interrupt that come once a solve by a quarter, and no
+law from a pattern has that. The law is that of hw_model/timing/link.py. None of the problems is an insertion, a rendezvous, a phasing, a model-predictive controller or passive safety:
 those are for judging (record_rocket_judged.py).
 """
 
@@ -45,27 +45,32 @@ RUNS = (
     ("small_lp-100", "paper", 6), ("powered_descent-8", "paper", 6), ("svm-10", "resident", 6), ("lasso-20", "resident", 6),
     ("powered_descent-20", "resident", 6), ("robust_kalman-15", "resident", 6), ("six_dof-6", "resident", 6), ("lasso-20", "paper", 6),
 )  # fmt: skip
-ORDERS = (0, 1, 2, 3)
-"""0: as programs are linked; others are seeds."""
+ORDERS = {"resident": range(8), "paper": range(4)}
+"""By partition, more of them where what is counted comes once a solve. 0: as programs are linked; others are seeds."""
 ENGINE = Engine(lanes=4, banks=16, address_bits=16)
 """As of the table in docs/whole-chip.md, so that they share a model."""
-REGISTER_ACCESSES = 7
-"""Of a PUBLISH: four of its frame, STATUS, two words of flags."""
+REGISTERS = {"launch": (4, 0), "interrupt": (1, 3)}
+"""Writes and reads: a frame; an acknowledgement, the status and two words of flags."""
+PUBLISH = {"publish": (4, 3)}
+"""A frame and three reads. It has a price beside them: under `paper` it comes after stages of the core, whose data take its place in the
+caches."""
 LINK_PARTS = ("put", "get", "publish")
 PARTS = (*LINK_PARTS, "launch", "interrupt")
 
 Sizes = dict[str, dict[str, int]]
 """By direction: how many transfers there are by their bytes."""
+Parts = dict[str, list[int]]
+"""Runs and clocks of the core by part."""
 
 
 class Row(NamedTuple):
-    """A run: its transfers, and by order its clocks of the core by part, each with its runs."""
+    """A run: its transfers, and what its parts take, by order."""
 
     name: str
     partition: str
     ratio: int
     transfers: Sizes
-    orders: list[dict[str, list[int]]]
+    orders: list[Parts]
 
 
 def posed(name: str) -> Posed:
@@ -85,8 +90,8 @@ def simulated(problem: Posed, partition: str | None, ratio: float, order: int) -
     return found
 
 
-def parts_of(run: Counted) -> dict[str, list[int]]:
-    """Runs and clocks of the parts of PARTS."""
+def parts_of(run: Counted) -> Parts:
+    """Those of PARTS."""
     return {
         part.name: [part.runs, part.core_cycles] for part in (*run.stages, *run.within) if part.name in PARTS
     }
@@ -109,29 +114,26 @@ def transfers(problem: Posed, partition: str) -> Sizes:
 def fitted(rows: list[Row]) -> dict[str, float]:
     """Parameters of `[link]` and the interrupt's, by their names in rocket_soc.toml, with the least squares of relative errors.
 
-    Of transfers, of a run's clocks in one direction, the mean of its orders. Of registers and interrupts, under `paper`, where
-    they come again, warm: once a solve they take a third more, and little of the whole.
+    Of transfers, of a run's clocks in one direction; of REGISTERS, of the clocks of each. Both are means of a run's orders.
     """
-    again = [(row.ratio, order) for row in rows if row.partition == "paper" for order in row.orders]
-    each = np.array([order["publish"][1] / order["publish"][0] / REGISTER_ACCESSES for _, order in again])
-    ratios = np.array([ratio for ratio, _ in again], float)
-    fixed, cycles = _relative(np.column_stack([np.ones_like(ratios), ratios]), each)
-    law = _relative(*_transfers(rows))
-    accesses = 4  # STATUS, two words of flags, IRQ_ACK
-    entry = [
-        order["interrupt"][1] / order["interrupt"][0] - accesses * (fixed + cycles * ratio)
-        for ratio, order in again
-    ]
+    moves = _relative(*_transfers(rows))
+    registers = _relative(*_registers(rows, REGISTERS))
+    terms, clocks = _registers(rows, PUBLISH)
+    published = np.average(clocks - terms @ registers, weights=clocks**-2.0)
     return {
-        "register_ns": round(float(fixed), 1),
-        "register_pl_cycles": round(float(cycles), 2),
-        "dma_fixed_us": round(float(law[0]) / 1000.0, 3),
-        "dma_fixed_pl_cycles": round(float(law[1]), 1),
-        "dma_first_ns_per_byte": round(float(law[2]), 2),
-        "dma_cached_ns_per_byte": round(float(law[3]), 3),
-        "dma_to_pl_bytes_per_pl_cycle": round(1.0 / float(law[4]), 2),
-        "dma_to_ps_bytes_per_pl_cycle": round(1.0 / float(law[5]), 2),
-        "interrupt_entry_us": round(max(0.0, float(np.mean(entry))) / 1000.0, 3),
+        "register_write_ns": round(float(registers[0]), 1),
+        "register_write_pl_cycles": round(float(registers[1]), 2),
+        "register_read_fixed_ns": round(float(registers[2]), 1),
+        "register_read_pl_cycles": round(float(registers[3]), 2),
+        "publish_ns": round(float(published), 1),
+        "first_ns": round(float(registers[4]), 0),
+        "interrupt_entry_us": round(float(registers[5]) / 1000.0, 3),
+        "dma_fixed_us": round(float(moves[0]) / 1000.0, 3),
+        "dma_fixed_pl_cycles": round(float(moves[1]), 1),
+        "dma_first_ns_per_byte": round(float(moves[2]), 2),
+        "dma_cached_ns_per_byte": round(float(moves[3]), 3),
+        "dma_to_pl_bytes_per_pl_cycle": round(1.0 / float(moves[4]), 2),
+        "dma_to_ps_bytes_per_pl_cycle": round(1.0 / float(moves[5]), 2),
     }
 
 
@@ -164,6 +166,20 @@ def _transfers(rows: list[Row]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(terms), np.array(clocks)
 
 
+def _registers(rows: list[Row], parts: dict[str, tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """The same of parts with these writes and reads, of each run and part: clocks of the core and of the engine a write, a read,
+    what an attempt's first takes more, and the entry of an interrupt."""
+    terms, clocks = [], []
+    for row in rows:
+        for part, (writes, reads) in parts.items():
+            each = [order[part] for order in row.orders]
+            first = 1.0 / each[0][0]
+            accesses = (writes, row.ratio * writes, reads, row.ratio * reads)
+            terms.append([*accesses, first, float(part == "interrupt")])
+            clocks.append(np.mean([spent / runs for runs, spent in each]))
+    return np.array(terms), np.array(clocks)
+
+
 def read() -> list[Row]:
     """The record."""
     if not RECORD.exists():
@@ -182,14 +198,16 @@ def write(rows: list[Row]) -> dict[str, float]:
 
 def count() -> None:
     """The runs that are not on record."""
-    rows = read()
+    rows = {row[:3]: row for row in read()}
     for name, partition, ratio in RUNS:
-        if (name, partition, ratio) not in {row[:3] for row in rows}:
-            problem = posed(name)
-            orders = [parts_of(simulated(problem, partition, ratio, order)) for order in ORDERS]
-            rows.append(Row(name, partition, ratio, transfers(problem, partition), orders))
-            write(rows)
-            sys.stdout.write(f"{name}, {partition}, {ratio}: counted\n")
+        problem = posed(name)
+        row = rows.setdefault(
+            (name, partition, ratio), Row(name, partition, ratio, transfers(problem, partition), [])
+        )
+        for order in ORDERS[partition][len(row.orders) :]:
+            row.orders.append(parts_of(simulated(problem, partition, ratio, order)))
+            write([*rows.values()])
+            sys.stdout.write(f"{name}, {partition}, {ratio}, order {order}: counted\n")
 
 
 def main() -> int:

@@ -194,7 +194,9 @@ class Link(Section):
     The PS cleans its cache line by line before the PL reads by DMA, and invalidates it before it reads what DMA
     wrote; both cost 0 on a coherent port. A transfer's first burst takes `dma_first_ns_per_byte` more: it is read before it is
     written, and no burst before it hides that. Of a transfer to the PL the beginning, a KiB at most, takes
-    `dma_cached_ns_per_byte` more, which fits lines that the core's cache has to give on a coherent port.
+    `dma_cached_ns_per_byte` more, which fits lines that the core's cache has to give on a coherent port. A PUBLISH takes
+    `publish_ns` beside its accesses. An attempt's first PUBLISH, launch and handler each take `first_ns` more: their code and data may
+    be in no cache.
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(
@@ -225,6 +227,8 @@ class Link(Section):
     ddr_efficiency: Parameter[Fraction01]
     cache_clean_ns_per_line: Parameter[Duration]
     cache_invalidate_ns_per_line: Parameter[Duration]
+    publish_ns: Parameter[Duration] = NONE
+    first_ns: Parameter[Duration] = NONE
     frame_register_writes: Parameter[Count]
     status_register_reads: Parameter[Count]
     flags_per_register: Parameter[Units]

@@ -48,6 +48,10 @@ by interrupt or polling, that the segment has ended; `flags`: status, data-valid
 a solve; `control`: the PL's operation control between two segments that it runs by itself."""
 
 
+REPEATED: frozenset[Kind] = frozenset({"publish", "launch", "flags"})
+"""What the PS does with registers again and again in an attempt: the first time its code and data may be in no cache."""
+
+
 class Work(NamedTuple):
     """What an action's duration depends on, apart from the platform."""
 
@@ -57,6 +61,8 @@ class Work(NamedTuple):
     pattern: int
     what: str
     """The stage or stream for "compute" and "control", the buffer for "copy", the number of the work for "outer", else empty."""
+    first: bool = False
+    """Whether it is of REPEATED, and an attempt's first of its kind."""
 
 
 class Action(NamedTuple):
@@ -89,20 +95,23 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
         pattern = trace.patterns[solve.pattern]
         residency = Residency(name for name, words in pattern.buffers.items() if words)
         outputs: tuple[str, ...] = ()
+        left = set(REPEATED)
         iteration = solve.events[0][1] if solve.events else 0
         actions.append(Action(before(trace, s), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl and changed:
             actions.append(Action(Work("load", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
         if partition.uses_pl:
-            actions.append(Action(Work("publish", "ps", solve.pattern, ""), "ps", PROBLEM, s, iteration, -1))
+            publish = marked(Work("publish", "ps", solve.pattern, ""), left)
+            actions.append(Action(publish, "ps", PROBLEM, s, iteration, -1))
         e = 0
         for stages in split([name for name, _ in solve.events], streams):
             name, iteration = SEPARATOR.join(stages), solve.events[e][1]
             begins = stages[0] == START_UP
             if e and begins:
                 works = ending(partition, solve.pattern, residency, outputs)
-                actions += [Action(work, "ps", RESULT, s, iteration, e) for work in works]
+                actions += [Action(marked(work, left), "ps", RESULT, s, iteration, e) for work in works]
                 residency.written(REWRITTEN, "ps")
+                left = set(REPEATED)
             stage = pattern.stage(name)
             side = partition.side(stage.module)
             works = []
@@ -114,18 +123,28 @@ def actions_of(trace: Trace, partition: Partition) -> list[Action]:
                 if begins:
                     works += _attempt(trace, solve, e, residency)
                 works += [Work(kind, "pl", solve.pattern, name) for kind in ("control", "compute")]
-            actions += [Action(work, stage.module, name, s, iteration, e) for work in works]
+            actions += [Action(marked(work, left), stage.module, name, s, iteration, e) for work in works]
             residency.written(stage.writes, side)
             outputs = stage.writes
             e += len(stages)
         works = ending(partition, solve.pattern, residency, outputs)
-        actions += [Action(work, "ps", RESULT, s, iteration, len(solve.events)) for work in works]
+        actions += [
+            Action(marked(work, left), "ps", RESULT, s, iteration, len(solve.events)) for work in works
+        ]
     if trace.outer_loop is not None:
         last, solve = len(trace.solves), trace.solves[-1]
         iteration = solve.events[-1][1] if solve.events else 0
         work = Work("outer", "ps", solve.pattern, _number(trace.outer_loop, last))
         actions.append(Action(work, "ps", OUTER, last - 1, iteration, len(solve.events) + 1))
     return actions
+
+
+def marked(work: Work, left: set[Kind]) -> Work:
+    """The work, as the first of its kind if that is among those left in this attempt; it no longer is."""
+    if work.kind not in left:
+        return work
+    left.remove(work.kind)
+    return work._replace(first=True)
 
 
 def before(trace: Trace, s: int) -> Work:

@@ -117,14 +117,15 @@ class Durations:
     def _parts(self, work: Work) -> list[Part]:
         links, pl_clock_mhz = self.platform.link, self.platform.pl.clock_mhz.value
         runtime = self.platform.runtime
+        first = link.first(links) if work.first else 0
         match work.kind:
             case "launch":
-                return [self._link(link.frame(links, pl_clock_mhz), "launch")]
+                return [self._link(first + link.frame(links, pl_clock_mhz), "launch")]
             case "flags":
                 acknowledged = link.acknowledgement(links, pl_clock_mhz)
-                return [self._link(self._confirmation(work.pattern) + acknowledged, "flags")]
+                return [self._link(first + self._confirmation(work.pattern) + acknowledged, "flags")]
             case "publish":
-                framed = link.frame(links, pl_clock_mhz)
+                framed = first + link.publication(links, pl_clock_mhz)
                 return [self._link(framed + self._confirmation(work.pattern), "publish")]
             case "rest":
                 return [self._link(link.status(links, pl_clock_mhz), "rest")]

@@ -120,9 +120,19 @@ def register_read(link: Link, pl_clock_mhz: float) -> int:
     return picoseconds_of_ns(link.register_read_fixed_ns.value + cycles * 1000.0 / pl_clock_mhz)
 
 
+def first(link: Link) -> int:
+    """What an attempt's first PUBLISH, launch and handler each take more, in picoseconds."""
+    return picoseconds_of_ns(link.first_ns.value)
+
+
 def frame(link: Link, pl_clock_mhz: float) -> int:
     """The control registers that announce one stage, to start it or to publish it, in picoseconds."""
     return link.frame_register_writes.value * register_write(link, pl_clock_mhz)
+
+
+def publication(link: Link, pl_clock_mhz: float) -> int:
+    """That of a PUBLISH, and what it takes beside its accesses, in picoseconds."""
+    return picoseconds_of_ns(link.publish_ns.value) + frame(link, pl_clock_mhz)
 
 
 def confirmation(link: Link, pl_clock_mhz: float, buffers: int) -> int:

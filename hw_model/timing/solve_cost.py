@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from .actions import REWRITTEN, START_UP, Work, actions_of, before, ending, running
+from .actions import REPEATED, REWRITTEN, START_UP, Kind, Work, actions_of, before, ending, marked, running
 from .control_program import SEPARATOR, members, split, streams_of
 from .durations import Durations
 from .link import Residency
@@ -29,10 +29,11 @@ class Cost(NamedTuple):
 
 
 class _State(NamedTuple):
-    """Between two stages: where the buffers are, and what the last stage wrote."""
+    """Between two stages: where the buffers are, what the last stage wrote, and what is to come for the first time."""
 
     residency: Residency
     outputs: tuple[str, ...]
+    left: frozenset[Kind]
 
 
 @dataclass(slots=True, eq=False)
@@ -73,7 +74,7 @@ class SolveCosts:
         if end is None:
             found = self._states[state]
             works = ending(self.durations.partition, 0, found.residency.copy(), found.outputs)
-            end = self._ends[state] = self._cost(works)
+            end = self._ends[state] = self._cost(works, set(found.left))
         return Cost(picoseconds + end.picoseconds, cycles + end.pl_cycles)
 
     @property
@@ -96,35 +97,38 @@ class SolveCosts:
         pattern, partition = self.durations.trace.patterns[0], self.durations.partition
         residency = Residency(name for name, words in pattern.buffers.items() if words)
         works = [before(self.durations.trace, 0)] + partition.uses_pl * [Work("publish", "ps", 0, "")]
-        cost = self._cost(works)
-        return self._number(_State(residency, ())), cost.picoseconds, cost.pl_cycles
+        left = set(REPEATED)
+        cost = self._cost(works, left)
+        return self._number(_State(residency, (), frozenset(left))), cost.picoseconds, cost.pl_cycles
 
     def _step(self, number: int, stages: tuple[str, ...], *, again: bool) -> tuple[int, int, int]:
         """One run of a stage or stream; `again`: it begins another attempt."""
         partition, state = self.durations.partition, self._states[number]
-        residency, works = state.residency.copy(), list[Work]()
+        residency, works, left = state.residency.copy(), list[Work](), set(state.left)
         if again:
             works += ending(partition, 0, residency, state.outputs)
             residency.written(REWRITTEN, "ps")
+            left = set(REPEATED)
         name = SEPARATOR.join(stages)
         stage = self.durations.trace.patterns[0].stage(name)
         side = partition.side(stage.module)
         works += [Work("copy", side, 0, buffer) for buffer in residency.missing(stage.reads, side)]
         works += running(side, 0, name, announced=partition.uses_pl)
         residency.written(stage.writes, side)
-        cost = self._cost(works)
-        return self._number(_State(residency, stage.writes)), cost.picoseconds, cost.pl_cycles
+        cost = self._cost(works, left)
+        after = _State(residency, stage.writes, frozenset(left))
+        return self._number(after), cost.picoseconds, cost.pl_cycles
 
     def _number(self, state: _State) -> int:
-        key = (state.residency.holders, state.outputs)
+        key = (state.residency.holders, state.outputs, state.left)
         if key not in self._numbers:
             self._numbers[key] = len(self._states)
             self._states.append(state)
         return self._numbers[key]
 
-    def _cost(self, works: Iterable[Work]) -> Cost:
+    def _cost(self, works: Iterable[Work], left: set[Kind]) -> Cost:
         picoseconds = cycles = 0
-        for work in works:
+        for work in (marked(work, left) for work in works):
             picoseconds += self.durations.picoseconds(work)
             cycles += self._pl_cycles(work)
         return Cost(picoseconds, cycles)

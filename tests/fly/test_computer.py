@@ -47,13 +47,16 @@ def test_twice_as_slow_takes_twice_the_time_for_the_same_cycles(planned) -> None
     assert (two.time_s, two.pl_cycles) == (2.0 * one.time_s, one.pl_cycles)
 
 
-@pytest.mark.parametrize("partition", ["paper", "all_ps", "paper_streams", "factor_only", "resident"])
-def test_a_cost_put_together_from_steps_is_that_of_all_actions(partition: str) -> None:
+@pytest.mark.parametrize(
+    ("device", "partition"),
+    [*product(["zu9eg"], ["paper", "all_ps", "paper_streams", "factor_only", "resident"]), ("rocket_soc", "paper")],
+)  # fmt: skip
+def test_a_cost_put_together_from_steps_is_that_of_all_actions(device: str, partition: str) -> None:
     solver = OnboardSolver()
     scenario = mission.load_scenario(SCENARIOS / "rec1.toml")
     for mass_kg in (84507.0, 84000.0, 80000.0):  # warm and cold solves, with restarts where they come
         mission.plan(scenario.with_changes(vehicle={"mass_kg": mass_kg}), solve=solver)
-    computer = Computer("zu9eg", partition)
+    computer = Computer(device, partition)
     for ran, alone in product(set(solver.ran), (False, True)):
         computer._price(ran, alone, solver)
         costs = computer._costs[ran.pattern, alone].costs

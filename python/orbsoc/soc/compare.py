@@ -33,17 +33,25 @@ DEVICE = "rocket_soc"
 NEEDS_RESIDUAL = 1
 """Place in the buffer `control` (flight/layout.h)."""
 LINK, LOAD = "link", "load"
+LAUNCH, INTERRUPT = "launch", "interrupt"
+"""Within the parts on the PL: writing their launches, and the handlers at their ends."""
+_NOT_THERE = ("build", "rest")
+"""What the chip's program does not do: it finds its problem in memory, and reads no status before it takes an answer."""
+_WITHIN = {"launch": LAUNCH, "interrupt": INTERRUPT, "flags": INTERRUPT}
 LATENCY = 20
 """Clocks of memory that `rocket_soc` is of."""
+_Clocks = defaultdict[str, float]
+"""By part."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A part of a solve, or the whole, in clocks of the core."""
+    """A part of a solve, or the whole, in clocks of the core. `within`: it is in other parts."""
 
     name: str
     counted: int
     modelled: float
+    within: bool = False
 
     @property
     def error(self) -> float:
@@ -54,41 +62,51 @@ class Pair:
 def pairs(
     runs: Sequence[Counted], solves: Sequence[Posed], partition: str | None, engine: Engine, ratio: float
 ) -> list[Pair]:
-    """Parts of the runs with what the model says of them, the dearest first, then the whole; without loading the program.
+    """Parts of the runs with what the model says of them, the dearest first, what is within them, then the whole; without loading the
+    program.
 
     `solves`: of each run. `partition`: None for the core alone. `ratio`: core clocks in one of
     the engine.
     """
-    counted: defaultdict[str, int] = defaultdict(int)
-    modelled: defaultdict[str, float] = defaultdict(float)
+    counted, modelled = Counter[str](), _Clocks(float)
+    within, modelled_within = Counter[str](), _Clocks(float)
     for run, posed in zip(runs, solves, strict=True):
-        for name, clocks in _modelled(run, posed, partition, engine, ratio).items():
-            modelled[name] += clocks
+        _modelled(run, posed, partition, engine, ratio, modelled, modelled_within)
         for part in run.stages:
             if part.name != LOAD:
                 counted[LINK if part.where == "link" else part.name] += part.core_cycles
         counted[REST] += rest_of([run])[0]
+        for part in run.within:
+            within[part.name] += part.core_cycles
     rows = [Pair(name, clocks, modelled[name]) for name, clocks in counted.items()]
     rows.sort(key=lambda row: -row.counted)
+    rows += [Pair(name, clocks, modelled_within[name], within=True) for name, clocks in within.items()]
     return [*rows, Pair("whole", sum(counted.values()), sum(modelled.values()))]
 
 
 def lines_of(rows: Sequence[Pair], title: str) -> list[str]:
-    """A table of the parts of a hundredth or more, and of the whole."""
+    """A table of the parts of a hundredth or more, of what is within them, and of the whole."""
     whole = rows[-1].counted
-    named = [row for row in rows if row.counted >= whole / 100]
-    width = max(len(row.name) for row in named)
+    named = [row for row in rows if row.within or row.counted >= whole / 100]
+    names = [f"  {row.name}" if row.within else row.name for row in named]
+    width = max(map(len, names))
     lines = [title, f"{'part'.ljust(width)}  {'counted':>11}  {'modelled':>11}    error   share"]
     return lines + [
-        f"{row.name.ljust(width)}  {row.counted:11d}  {row.modelled:11.0f}  {row.error:+7.1%}  {row.counted / whole:6.1%}"
-        for row in named
+        f"{name.ljust(width)}  {row.counted:11d}  {row.modelled:11.0f}  {row.error:+7.1%}  {row.counted / whole:6.1%}"
+        for name, row in zip(names, named, strict=True)
     ]
 
 
 def _modelled(
-    run: Counted, posed: Posed, partition: str | None, engine: Engine, ratio: float
-) -> dict[str, float]:
-    """Clocks of the core by part, as the chip counts them."""
+    run: Counted,
+    posed: Posed,
+    partition: str | None,
+    engine: Engine,
+    ratio: float,
+    found: _Clocks,
+    within: _Clocks,
+) -> None:
+    """Adds the clocks of the core by part, as the chip counts them, and of what is within parts."""
     from orbsoc.hw.emulation import PsScheduler
     from orbsoc.hw.exact_cycles import exact_cycles
 
@@ -104,14 +122,16 @@ def _modelled(
     durations = Durations(
         trace, platform, split, exact_cycles([posed.problem], (), [posed.settings], engine.address_bits)
     )
-    found: defaultdict[str, float] = defaultdict(float)
     for action in actions_of(trace, split):
-        work = action.work
-        if work.kind in ("copy", "publish", "rest"):
-            found[LINK] += durations.picoseconds(work) / 1000.0
-        elif work.kind != "build" and not (work.kind == "compute" and work.side == "ps"):
-            name = "attempt" if split.control == "pl" else action.stage
-            found[name] += durations.picoseconds(work) / 1000.0
+        work, clocks = action.work, durations.picoseconds(action.work) / 1000.0
+        if work.kind in _NOT_THERE or (work.kind == "compute" and work.side == "ps"):
+            continue
+        if work.kind in ("copy", "publish"):
+            found[LINK] += clocks
+        else:
+            found["attempt" if split.control == "pl" else action.stage] += clocks
+        if work.kind in _WITHIN:
+            within[_WITHIN[work.kind]] += clocks
     pattern = trace.patterns[0]
     shares = _shares(posed, trace) if partition is None else {}
     there = {part.name for part in run.stages if part.where == "PL"}
@@ -126,7 +146,6 @@ def _modelled(
     found[REST] += (
         rest_of([run])[1] * _record(platform.ps.instruction_record)["rest"]["cycles_per_instruction"]
     )
-    return found
 
 
 def _shares(posed: Posed, trace: Trace) -> dict[str, float]:

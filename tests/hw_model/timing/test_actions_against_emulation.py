@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from hw_model.platform.partition import load_partition
+from hw_model.platform.platform import load_platform
 from hw_model.report.run import simulate
 from hw_model.timing.actions import START_UP, actions_of
 from hw_model.timing.trace import parse_trace
@@ -90,6 +91,25 @@ def test_the_actions_are_those_of_the_emulated_ps_with_the_real_solver(
     assert counts[Kind.INTERRUPT] == kinds["interrupt"]
     assert counts[Kind.WRITE] == 4 * (kinds["launch"] + kinds["publish"]) + kinds["flags"]
     assert counts[Kind.READ] == (1 + flag_words) * (kinds["flags"] + kinds["publish"]) + kinds["rest"]
+
+
+@pytest.mark.parametrize(("name", "published"), [("paper", 3), ("resident", 1), ("all_ps", 0)])
+def test_an_attempts_first_publish_launch_and_handler_take_more(name: str, published: int) -> None:
+    """Of three attempts; under resident control nothing is published again."""
+    ps = PsScheduler(WEAK)
+    ps(recovered_at_third_attempt())
+    trace, partition = parse_trace(ps.trace), load_partition(name)
+    works = [action.work for action in actions_of(trace, partition)]
+    first = Counter(work.kind for work in works if work.first)
+    attempts = 3 * partition.uses_pl
+    assert first == +Counter(publish=published, launch=attempts, flags=attempts)
+    platform = load_platform("zu9eg")
+    less, more = (
+        simulate(trace, platform.with_values(values), partition).makespan_picoseconds
+        for values in ({}, {"link.first_ns": 150.0, "link.publish_ns": 20.0})
+    )
+    publishes = sum(work.kind == "publish" for work in works)
+    assert more - less == 150_000 * first.total() + 20_000 * publishes
 
 
 def test_the_longest_iteration_holds_no_start_up() -> None:
