@@ -15,7 +15,7 @@ from hw_model import load_platform
 from hw_model.timing.link import CACHED_BYTES
 from orbsoc.hw.schedules import Engine
 from orbsoc.hw.workload import solves_of
-from orbsoc.soc.compare import DEVICE, INTERRUPT, LAUNCH, LINK, Pair, pairs
+from orbsoc.soc.compare import DEVICE, INTERRUPT, LAUNCH, LINK, Pair, lines_of, pairs
 from orbsoc.soc.counted import Counted, StageCount
 from orbsoc.solving.solver import solve
 from scripts import record_rocket_link
@@ -149,6 +149,19 @@ def test_the_model_meets_the_chip_on_solves_that_nothing_was_fitted_to(name: str
     for part in parts:
         if part.name != LINK and not part.within and part.counted >= whole.counted / 20:
             assert abs(part.error) <= 0.20, part
+
+
+def test_what_is_within_parts_is_told_apart_and_not_added_again() -> None:
+    rows = _pairs("rec1.toml-paper")
+    assert [line.split("  ")[0] for line in lines_of(rows, "")[-3:]] == [
+        "of these: launch",
+        "of these: interrupt",
+        "whole",
+    ]
+    parts, whole = [row for row in rows[:-1] if not row.within], rows[-1]
+    assert (sum(part.counted for part in parts), sum(part.modelled for part in parts)) == pytest.approx(
+        (whole.counted, whole.modelled)
+    )
 
 
 def test_each_solve_that_judges_is_linked_in_as_many_orders() -> None:

@@ -88,7 +88,7 @@ def lines_of(rows: Sequence[Pair], title: str) -> list[str]:
     """A table of the parts of a hundredth or more, of what is within them, and of the whole."""
     whole = rows[-1].counted
     named = [row for row in rows if row.within or row.counted >= whole / 100]
-    names = [f"  {row.name}" if row.within else row.name for row in named]
+    names = [f"of these: {row.name}" if row.within else row.name for row in named]
     width = max(map(len, names))
     lines = [title, f"{'part'.ljust(width)}  {'counted':>11}  {'modelled':>11}    error   share"]
     return lines + [
