@@ -62,6 +62,16 @@ def test_the_link_is_the_fit_of_its_record_and_the_platform_has_it() -> None:
     for name, value in law.items():
         assert known[name].value == pytest.approx(value, rel=0.01), name
         assert known[name].tag == "counted"
+    for told in (
+        f"takes {1000 * law['dma_fixed_us']:.0f} clocks, {law['dma_first_ns_per_byte']:.1f} more for each byte",
+        f"{law['dma_to_pl_bytes_per_pl_cycle']:.1f} bytes written or {law['dma_to_ps_bytes_per_pl_cycle']:.1f} read",
+        f"takes {law['dma_cached_ns_per_byte']:.1f} clocks a byte more",
+        f"A write takes {law['register_write_ns']} clocks and {law['register_write_pl_cycles']} of the engine",
+        f"a read {law['register_read_fixed_ns']} and {law['register_read_pl_cycles']}.",
+        f"three reads and {law['publish_ns']:.0f} clocks",
+        f"of each takes {law['first_ns']:.0f} clocks more",
+    ):
+        assert told in LINES, told
 
 
 def test_the_link_meets_the_runs_it_is_fitted_to(monkeypatch: pytest.MonkeyPatch) -> None:
