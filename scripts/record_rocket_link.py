@@ -6,8 +6,8 @@
 RUNS are on the chip: problems, each under a partition and at a ratio of the clocks. `resident` moves buffers once a solve, with caches that
 do not have them; `paper` moves them again and again. Each is counted in ORDERS, which link the program's files one after another in different
 ways: where code and data lie moves a run's link by some hundredths, a launch and an interrupt that come once a solve by a quarter, and no
-law from a pattern has that. The law is that of hw_model/timing/link.py. None of the problems is an insertion, a rendezvous, a phasing, a model-predictive controller or passive safety:
-those are for judging (record_rocket_judged.py).
+law from a pattern has that. The law is that of hw_model/timing/link.py. None of the problems is an insertion, a rendezvous, a phasing, a
+model-predictive controller or passive safety: those are for judging (record_rocket_judged.py).
 """
 
 from __future__ import annotations

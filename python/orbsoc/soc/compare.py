@@ -71,7 +71,9 @@ def pairs(
     counted, modelled = Counter[str](), _Clocks(float)
     within, modelled_within = Counter[str](), _Clocks(float)
     for run, posed in zip(runs, solves, strict=True):
-        _modelled(run, posed, partition, engine, ratio, modelled, modelled_within)
+        found, inside = _modelled(run, posed, partition, engine, ratio)
+        _add(modelled, found)
+        _add(modelled_within, inside)
         for part in run.stages:
             if part.name != LOAD:
                 counted[LINK if part.where == "link" else part.name] += part.core_cycles
@@ -97,16 +99,15 @@ def lines_of(rows: Sequence[Pair], title: str) -> list[str]:
     ]
 
 
+def _add(sums: _Clocks, found: _Clocks) -> None:
+    for name, clocks in found.items():
+        sums[name] += clocks
+
+
 def _modelled(
-    run: Counted,
-    posed: Posed,
-    partition: str | None,
-    engine: Engine,
-    ratio: float,
-    found: _Clocks,
-    within: _Clocks,
-) -> None:
-    """Adds the clocks of the core by part, as the chip counts them, and of what is within parts."""
+    run: Counted, posed: Posed, partition: str | None, engine: Engine, ratio: float
+) -> tuple[_Clocks, _Clocks]:
+    """Clocks of the core by part, as the chip counts them, and of what is within parts."""
     from orbsoc.hw.emulation import PsScheduler
     from orbsoc.hw.exact_cycles import exact_cycles
 
@@ -122,6 +123,7 @@ def _modelled(
     durations = Durations(
         trace, platform, split, exact_cycles([posed.problem], (), [posed.settings], engine.address_bits)
     )
+    found, within = _Clocks(float), _Clocks(float)
     for action in actions_of(trace, split):
         work, clocks = action.work, durations.picoseconds(action.work) / 1000.0
         if work.kind in _NOT_THERE or (work.kind == "compute" and work.side == "ps"):
@@ -146,6 +148,7 @@ def _modelled(
     found[REST] += (
         rest_of([run])[1] * _record(platform.ps.instruction_record)["rest"]["cycles_per_instruction"]
     )
+    return found, within
 
 
 def _shares(posed: Posed, trace: Trace) -> dict[str, float]:
