@@ -117,7 +117,7 @@ OFF_IN_ITS_OWN_ORDER = {
 
 
 def _but_for(off: dict[str, float]) -> list[Any]:
-    """The runs with a link, of which these are off by so many hundredths."""
+    """The runs with a link, each marked with its error where it is off."""
     return [
         pytest.param(name, marks=pytest.mark.xfail(strict=True, reason=f"{off[name]} % off"))
         if name in off
