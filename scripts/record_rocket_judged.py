@@ -76,7 +76,7 @@ def main() -> int:
         if partition is None:
             continue
         found = clocks.setdefault(name_of(name, partition), [])
-        for order in ORDERS[partition][len(found) :]:
+        for order in ORDERS[len(found) :]:
             found.append(parts_of(simulated(posed(name), partition, RATIO, order)))
             pairs = ",\n".join(f"{json.dumps(run)}: {json.dumps(each)}" for run, each in clocks.items())
             ORDERED.write_text(f"{{\n{pairs}\n}}\n", encoding="utf-8")

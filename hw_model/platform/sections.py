@@ -193,10 +193,10 @@ class Link(Section):
 
     The PS cleans its cache line by line before the PL reads by DMA, and invalidates it before it reads what DMA
     wrote; both cost 0 on a coherent port. A transfer's first burst takes `dma_first_ns_per_byte` more: it is read before it is
-    written, and no burst before it hides that. Of a transfer to the PL the beginning, a KiB at most, takes
+    written, and no burst before it hides that. Of a transfer to the PL the beginning, 8 KiB at most, takes
     `dma_cached_ns_per_byte` more, which fits lines that the core's cache has to give on a coherent port. A PUBLISH takes
-    `publish_ns` beside its accesses. An attempt's first PUBLISH, launch and handler each take `first_ns` more: their code and data may
-    be in no cache.
+    `publish_ns` beside its accesses. An attempt's first PUBLISH and launch each take `first_ns` more: their code and data may be in
+    no cache.
     """
 
     more_is_faster: ClassVar[frozenset[str]] = frozenset(

@@ -48,7 +48,7 @@ by interrupt or polling, that the segment has ended; `flags`: status, data-valid
 a solve; `control`: the PL's operation control between two segments that it runs by itself."""
 
 
-REPEATED: frozenset[Kind] = frozenset({"publish", "launch", "flags"})
+REPEATED: frozenset[Kind] = frozenset({"publish", "launch"})
 """What the PS does with registers again and again in an attempt: the first time its code and data may be in no cache."""
 
 

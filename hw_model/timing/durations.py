@@ -123,7 +123,7 @@ class Durations:
                 return [self._link(first + link.frame(links, pl_clock_mhz), "launch")]
             case "flags":
                 acknowledged = link.acknowledgement(links, pl_clock_mhz)
-                return [self._link(first + self._confirmation(work.pattern) + acknowledged, "flags")]
+                return [self._link(self._confirmation(work.pattern) + acknowledged, "flags")]
             case "publish":
                 framed = first + link.publication(links, pl_clock_mhz)
                 return [self._link(framed + self._confirmation(work.pattern), "publish")]

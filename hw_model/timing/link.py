@@ -15,7 +15,7 @@ _REGISTER_BYTES = 4
 BURST_BYTES = 128
 """Of a DMA: 16 beats of 64 bits, the most that AXI3 has and what rtl/soc/soc_dma.sv makes."""
 
-CACHED_BYTES = 1024
+CACHED_BYTES = 8192
 """Of a transfer to the PL, what the core's cache may hold: of 256 to 8192 the power of two that fits the simulated chip's best."""
 
 
@@ -121,7 +121,7 @@ def register_read(link: Link, pl_clock_mhz: float) -> int:
 
 
 def first(link: Link) -> int:
-    """What an attempt's first PUBLISH, launch and handler each take more, in picoseconds."""
+    """What an attempt's first PUBLISH and launch each take more, in picoseconds."""
     return picoseconds_of_ns(link.first_ns.value)
 
 

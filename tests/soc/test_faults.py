@@ -58,13 +58,23 @@ def test_a_second_try_succeeds_where_a_fault_goes_away(fault: str, event: str) -
     assert (place.where, place.events) == ("PL, second try", (event, "none"))
 
 
-def test_a_trap_that_is_no_interrupt_is_told_and_ends_the_program(tmp_path: Path) -> None:
+@pytest.mark.parametrize("on_pl", [False, True], ids=["core alone", "with a PL"])
+def test_a_trap_that_is_no_interrupt_is_told_and_ends_the_program(on_pl: bool, tmp_path: Path) -> None:
     machine = small_computer()
     main = tmp_path / "main.c"
-    main.write_text("int main(void) { return *(volatile int *)0x4000; }\n")  # nothing is there
-    board = RTL / "soc" / "program"
-    sources = [main, *(board / name for name in ("start.S", "traps.c", "console.c"))]
-    program.linked(tmp_path, sources, board / "link.ld", [], tmp_path / "trap.hex", on_pl=False)
+    board, driver = RTL / "soc" / "program", RTL / "driver"
+    names = ["start.S", "traps.c", "console.c"]
+    begin = ""
+    if on_pl:
+        names += ["vector.S", "interrupts.c"]
+        begin = "interrupts_begin(0);"
+    main.write_text(
+        f'#include "interrupts.h"\nint main(void) {{ {begin} return *(volatile int *)0x4000; }}\n'  # nothing is there
+    )
+    sources = [main, *(board / name for name in names), *([driver / "orbsoc.c"] if on_pl else [])]
+    includes = [f"-I{folder}" for folder in (board, driver, RTL.parent / "flight")]
+    flags = ["-DORBSOC_FP=64", *includes]
+    program.linked(tmp_path, sources, board / "link.ld", flags, tmp_path / "trap.hex", on_pl=on_pl)
     with pytest.raises(SocError, match=r"code 101; its last line: trap: cause 5 at 0x8.*, value 0x4000"):
         list(machine.run(tmp_path / "trap.hex", ratio=1.0, latency=0, limit=200_000))
 

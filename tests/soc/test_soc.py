@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -10,8 +12,9 @@ from typer.testing import CliRunner
 from orbsoc.commands.app import app
 from orbsoc.soc.errors import SocError
 from orbsoc.soc.machine import Machine
+from orbsoc.soc.program import COMPILER, FLAGS
 from orbsoc.soc.table import summed
-from tests.soc.computer import RATIO, small_computer, small_counts, small_problem
+from tests.soc.computer import RATIO, RTL, small_computer, small_counts, small_problem
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +50,20 @@ def test_a_stage_on_the_pl_leaves_the_core_its_calls() -> None:
         0 < of_core["factorize"].core_cycles < min(there["factorize"].core_cycles, stages_alone["factorize"])
     )
     assert 0 < summed([split])[-1].core_cycles < 2 * summed([alone])[-1].core_cycles
+
+
+@pytest.mark.usefixtures("machine")
+@pytest.mark.parametrize("source", ["soc/program/interrupts.c", "driver/orbsoc.c"])
+def test_the_handler_of_interrupts_has_no_floating_point(source: str) -> None:
+    """So rtl/soc/program/vector.S saves none of its registers."""
+    includes = [f"-I{RTL / 'soc' / 'program'}", f"-I{RTL / 'driver'}", f"-I{RTL.parent / 'flight'}"]
+    text = subprocess.run(
+        [COMPILER, *FLAGS, "-DORBSOC_FP=64", *includes, "-S", "-o", "-", str(RTL / source)],
+        capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    instructions = set(re.findall(r"^\t([a-z][a-z0-9.]*)", text, re.MULTILINE))
+    assert "fence" in instructions
+    assert not {name for name in instructions if name.startswith("f") and not name.startswith("fence")}
 
 
 def test_a_program_that_never_ends_is_told(machine: Machine, tmp_path: Path) -> None:

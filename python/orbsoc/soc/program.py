@@ -27,21 +27,23 @@ FLAGS = (
     "-ffp-contract=off", "-fno-math-errno", "-Wl,--no-warn-rwx-segments",
 )  # fmt: skip
 """-fno-math-errno: `sqrt` is the core's instruction. No flag changes a bit."""
-_OF_THE_PL = ("dma.c", "device_counts.c", "interrupts.c")
+_OF_THE_PL = ("dma.c", "device_counts.c", "interrupts.c", "vector.S")
 WRAPPED = ("orbsoc_run", "orbsoc_solve", "orbsoc_attach")
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A core that programs are linked for: the compiler's flags, the functions that its board's program is around, and bytes of a
-    word of its memory's image."""
+    """A core that programs are linked for: the compiler's flags, the functions that its board's program is around, bytes of a
+    word of its memory's image, and sources whose objects, *.link.o, have a place of their own in its script."""
 
     flags: tuple[str, ...]
     wrapped: tuple[str, ...]
     word_bytes: int
+    of_the_link: tuple[str, ...] = ()
 
 
-ROCKET = Target(FLAGS, WRAPPED, 8)
+ROCKET = Target(FLAGS, WRAPPED, 8, ("orbsoc.c", "orbsoc_device.c", *_OF_THE_PL))
+"""What drives the PL has lines of the caches of its own: what a launch and an interrupt take depends little on where the rest lies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +130,7 @@ def _sizes(source: str) -> tuple[int, int]:
 
 
 def _digest(defines: list[str], files: list[Path]) -> str:
-    digest = hashlib.sha256(" ".join((COMPILER, *FLAGS, *defines)).encode())
+    digest = hashlib.sha256(" ".join((COMPILER, *FLAGS, *ROCKET.of_the_link, *defines)).encode())
     for file in files:
         digest.update(file.name.encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:16]
@@ -155,20 +157,13 @@ def linked(
         ]
     wraps = ",".join(f"--wrap={name}" for name in target.wrapped if on_pl or name != "orbsoc_attach")
     includes = [f"-I{folder / name}" for name in (".", "flight", "driver")]
-    _run(
-        [
-            COMPILER,
-            *target.flags,
-            *defines,
-            *includes,
-            f"-Wl,{wraps}",
-            "-T",
-            str(script),
-            *map(str, sources),
-            "-o",
-            str(elf),
-        ]
-    )
+    apart = ["-ffunction-sections", "-fdata-sections"] if target.of_the_link and on_pl else []
+    compiling = [COMPILER, *target.flags, *apart, *defines, *includes]
+    inputs = [source for source in sources if source.name not in target.of_the_link]
+    for source in sorted(set(sources) - set(inputs), key=lambda source: source.name):
+        inputs.append(folder / f"{source.stem}.link.o")
+        _run([*compiling, "-c", str(source), "-o", str(inputs[-1])])
+    _run([*compiling, f"-Wl,{wraps}", "-T", str(script), *map(str, inputs), "-o", str(elf)])
     _run([COMPILER.replace("gcc", "objcopy"), "-O", "binary", str(elf), str(binary)])
     data = binary.read_bytes()
     size = target.word_bytes

@@ -26,9 +26,7 @@ static const char *const names[LINKS] = {"load", "put", "get", "publish", "launc
 
 static orbsoc_device driver;
 static uint64_t runs[LINKS], launches[SEGMENTS], busy[SEGMENTS];
-static counters spent[LINKS], waited[SEGMENTS], launched_at;
-static uint64_t busy_before;
-static uint32_t launched;
+static counters spent[LINKS], waited[SEGMENTS];
 
 /* `moved`: the buffer of a transfer. */
 static uint32_t done(int link, uint32_t moved, counters since, uint32_t code) {
@@ -73,23 +71,26 @@ static uint32_t publish(void *context, uint32_t segment) {
 }
 
 static uint32_t launch(void *context, uint32_t segment) {
-  launched = segment;
-  busy_before = ENGINE_CLOCKS;
-  launched_at = now();
-  return done(LAUNCH, 0, launched_at, driver.launch(context, segment));
+  launched.segment = segment;
+  launched.busy_before = ENGINE_CLOCKS;
+  launched.launched_at = now();
+  return done(LAUNCH, 0, launched.launched_at, driver.launch(context, segment));
 }
 
+/* After each look the handler is rehearsed: caches come to hold what it needs beside what waiting needs. */
 static uint32_t wait(void *context) {
   orbsoc_pl_device *device = (orbsoc_pl_device *)context;
   orbsoc_pl_error found = orbsoc_pl_await(&device->pl, device->polls);
   if (found == ORBSOC_PL_LOST_INTERRUPT) found = orbsoc_pl_await(&device->pl, device->polls); /* it was on its way */
   const uint32_t code = found == ORBSOC_PL_LAUNCH_TIMEOUT ? ORBSOC_DEVICE_RUNS : (uint32_t)found;
-  if (code != ORBSOC_DEVICE_RUNS) {
-    add(&waited[launched], launched_at);
-    add(&elsewhere, launched_at);
-    launches[launched] += 1;
-    note_event('w', launched, launched_at);
-    busy[launched] += ENGINE_CLOCKS - busy_before;
+  if (code == ORBSOC_DEVICE_RUNS) {
+    interrupts_rehearse();
+  } else {
+    add(&waited[launched.segment], launched.launched_at);
+    add(&elsewhere, launched.launched_at);
+    launches[launched.segment] += 1;
+    note_event('w', launched.segment, launched.launched_at);
+    busy[launched.segment] += ENGINE_CLOCKS - launched.busy_before;
   }
   return code;
 }
@@ -115,7 +116,7 @@ void print_device(void) {
       print_part(names[k], runs[k], &spent[k]);
       printf("\n");
     }
-  print_part("interrupt", interrupts_taken, &interrupts_spent);
+  print_part("interrupt", launched.taken, &launched.spent);
   printf("\n");
   for (int k = 0; k < SEGMENTS; ++k)
     if (launches[k]) {

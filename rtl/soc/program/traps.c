@@ -1,4 +1,5 @@
-/* Where the core goes from a trap: an interrupt is served; anything else is told, and ends the program. */
+/* Where the core goes from a trap: an interrupt is served; anything else is told, and ends the program. Of a program with a PL, whose
+ * vector.S keeps its interrupts, only the latter. */
 #include <stdint.h>
 #include <stdio.h>
 
